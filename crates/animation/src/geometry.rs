@@ -1,0 +1,314 @@
+//! Mesh instances concatenated into flat arrays: one deformation dispatch and one draw for all of them.
+//!
+//! The arrays of [`Geometry`] are laid out as WGSL storage buffers read them (`repr(C)`, every record a multiple of its
+//! alignment), so that they upload as they are:
+//!
+//! | array | WGSL element |
+//! |---|---|
+//! | `vertices` | `struct { position: vec3f, instance: u32, normal: vec3f, corner: u32 }` |
+//! | `texcoords`, `colors` | `vec4f` |
+//! | `influence_offsets`, `morph_offsets` | `u32`, one more than there are vertices |
+//! | `influences` | `struct { entry: u32, weight: f32 }` |
+//! | `morphs` | `struct { position: vec3f, weight: u32, normal: vec3f, padding: u32 }` |
+//! | `triangles` | three `u32` (no `vec3u`: its stride would be 16) |
+//! | `triangle_instances` | `u32` |
+//!
+//! The deformation of vertex `v` (glTF 2.0, 3.7.2 and 3.7.3) is then
+//! `p = position + sum(weights[m.weight] * m.position)` over `morphs[morph_offsets[v]..morph_offsets[v + 1]]`, likewise for
+//! the normal, and `sum(i.weight * palette[i.entry]) * (p, 1)` over `influences[influence_offsets[v]..influence_offsets[v + 1]]`,
+//! with [`Geometry::palette`] and [`Geometry::morph_weights`] of the pose.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
+use murano_scene::{NodeIndex, Primitive, Scene};
+
+use crate::bounds::Bounds;
+use crate::influences::Binding;
+
+/// A vertex in the rest pose.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct RestVertex {
+    /// Mesh space, relative to [`Instance::pivot`], metres.
+    pub position: [f32; 3],
+    /// Index into [`Geometry::instances`].
+    pub instance: u32,
+    /// Mesh space; zero where the shading is flat.
+    pub normal: [f32; 3],
+    /// 0: smooth, `normal` deforms with the vertex. 1, 2, 3: flat, the vertex is the first, second, third of its
+    /// triangle, whose vertices are the three from `index + 1 - corner` on; its normal is that of the deformed triangle.
+    pub corner: u32,
+}
+
+/// The share of one palette matrix in a vertex.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Influence {
+    /// Index into the palette.
+    pub entry: u32,
+    /// Greater than zero; the weights of a vertex sum to 1.
+    pub weight: f32,
+}
+
+/// The displacement of a vertex by one morph target at weight 1.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct MorphDelta {
+    /// Added to the position, metres.
+    pub position: [f32; 3],
+    /// Index into the list of [`Geometry::morph_weights`].
+    pub weight: u32,
+    /// Added to the normal.
+    pub normal: [f32; 3],
+    /// Fills the record to 32 bytes; zero.
+    pub padding: u32,
+}
+
+/// One primitive of one node, and where its parts lie in the arrays of [`Geometry`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instance {
+    /// The node's name, else its mesh's, for messages.
+    pub name: String,
+    /// The node.
+    pub node: NodeIndex,
+    /// Index into `Scene::meshes`.
+    pub mesh: usize,
+    /// Index into `Mesh::primitives`.
+    pub primitive: usize,
+    /// Index into `Scene::materials`; `None` for the default material.
+    pub material: Option<usize>,
+    /// Centre of the rest positions in mesh space, metres. Rest positions are stored relative to it and the palette adds
+    /// it back in f64: a mesh modelled far from its origin keeps its precision.
+    pub pivot: DVec3,
+    /// Whether its normals are those of the deformed triangles.
+    pub flat_normals: bool,
+    /// Vertices.
+    pub vertices: Range<u32>,
+    /// Triangles.
+    pub triangles: Range<u32>,
+    /// Palette entries.
+    pub palette: Range<u32>,
+    /// Morph weights, one per target.
+    pub weights: Range<u32>,
+}
+
+/// A matrix of the palette: its node, and what is constant about it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PaletteEntry {
+    /// The joint, or the mesh's own node.
+    pub node: NodeIndex,
+    /// Inverse bind matrix times the translation to the pivot.
+    pub node_from_vertex: DMat4,
+    /// Bounds of the rest positions that it influences, relative to the pivot.
+    pub rest: Bounds,
+    /// Bounds of those vertices' displacements and zero, per morph target of the instance.
+    pub displacements: Vec<Bounds>,
+}
+
+/// Mesh instances as flat arrays; constant over a clip.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Geometry {
+    /// What was concatenated, in order.
+    pub instances: Vec<Instance>,
+    /// Vertices in the rest pose.
+    pub vertices: Vec<RestVertex>,
+    /// TEXCOORD_0 in xy and TEXCOORD_1 in zw; zero where there is none.
+    pub texcoords: Vec<[f32; 4]>,
+    /// COLOR_0, linear RGBA; white where there is none.
+    pub colors: Vec<[f32; 4]>,
+    /// Where a vertex's influences begin; one more at the end.
+    pub influence_offsets: Vec<u32>,
+    /// Influences, at least one per vertex.
+    pub influences: Vec<Influence>,
+    /// Where a vertex's morph displacements begin; one more at the end.
+    pub morph_offsets: Vec<u32>,
+    /// Morph displacements, only those that are not zero.
+    pub morphs: Vec<MorphDelta>,
+    /// Counter-clockwise seen from outside in the rest pose (see [`Geometry::mirrored`]).
+    pub triangles: Vec<[u32; 3]>,
+    /// Instance of each triangle.
+    pub triangle_instances: Vec<u32>,
+    pub(crate) palette_entries: Vec<PaletteEntry>,
+}
+
+/// Why a geometry could not be built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GeometryError {
+    /// The pair of indices names nothing.
+    #[error(
+        "node {node} has no primitive {primitive}: the scene has {nodes} nodes; list what it has with `shown_primitives`"
+    )]
+    NoSuchPrimitive {
+        /// Node asked for.
+        node: NodeIndex,
+        /// Primitive asked for.
+        primitive: usize,
+        /// Nodes there are.
+        nodes: usize,
+    },
+    /// The arrays are indexed by u32.
+    #[error("node {node} brings the geometry over 2^32 {what}: split it into several geometries")]
+    TooLarge {
+        /// Node at which the limit was passed.
+        node: NodeIndex,
+        /// What there are too many of.
+        what: &'static str,
+    },
+}
+
+/// Every primitive that the default scene shows: (node, index of the primitive in the node's mesh), in traversal order.
+pub fn shown_primitives(scene: &Scene) -> Vec<(NodeIndex, usize)> {
+    let primitives_of = |node: NodeIndex| {
+        let count = scene.nodes[node].mesh.map_or(0, |mesh| scene.meshes[mesh].primitives.len());
+        (0..count).map(move |primitive| (node, primitive))
+    };
+    scene.traversal().into_iter().flat_map(primitives_of).collect()
+}
+
+/// Triangles of a primitive whose indices all exist.
+pub(crate) fn valid_triangles(primitive: &Primitive) -> impl Iterator<Item = [u32; 3]> {
+    let count = primitive.positions.len();
+    primitive.triangles.iter().copied().filter(move |triangle| triangle.iter().all(|&index| (index as usize) < count))
+}
+
+/// For each vertex of an instance, the vertex of the primitive that it copies. With flat shading every triangle gets
+/// vertices of its own, whether or not the primitive came that way.
+pub(crate) fn source_vertices(primitive: &Primitive) -> Vec<usize> {
+    if primitive.normals.is_some() {
+        (0..primitive.positions.len()).collect()
+    } else {
+        valid_triangles(primitive).flatten().map(|index| index as usize).collect()
+    }
+}
+
+impl Geometry {
+    /// Concatenates primitives, each given as a node and the index of a primitive in that node's mesh.
+    ///
+    /// Skin weights that are zero, negative or not finite are dropped, as are those of joints that the skin does not
+    /// have, and the rest is scaled to sum to 1. A vertex left without any follows the first joint of its JOINTS_0, and
+    /// without a skin its node.
+    ///
+    /// # Errors
+    /// [`GeometryError`] when a pair names nothing or the arrays outgrow 32-bit indices.
+    pub fn build(scene: &Scene, instances: &[(NodeIndex, usize)]) -> Result<Self, GeometryError> {
+        let mut geometry = Self { influence_offsets: vec![0], morph_offsets: vec![0], ..Self::default() };
+        for &(node, primitive) in instances {
+            geometry.append(scene, node, primitive).ok_or(GeometryError::NoSuchPrimitive {
+                node,
+                primitive,
+                nodes: scene.nodes.len(),
+            })?;
+            geometry.check_size(node)?;
+        }
+        Ok(geometry)
+    }
+
+    fn check_size(&self, node: NodeIndex) -> Result<(), GeometryError> {
+        let sizes = [
+            (self.vertices.len(), "vertices"),
+            (self.triangles.len(), "triangles"),
+            (self.influences.len(), "influences"),
+            (self.morphs.len(), "morph displacements"),
+        ];
+        match sizes.into_iter().find(|&(size, _)| size > u32::MAX as usize) {
+            Some((_, what)) => Err(GeometryError::TooLarge { node, what }),
+            None => Ok(()),
+        }
+    }
+
+    /// Appends one instance; `None` if there is no such primitive.
+    fn append(&mut self, scene: &Scene, node: NodeIndex, primitive_index: usize) -> Option<()> {
+        let owner = scene.nodes.get(node)?;
+        let mesh_index = owner.mesh?;
+        let mesh = scene.meshes.get(mesh_index)?;
+        let primitive = mesh.primitives.get(primitive_index)?;
+
+        let pivot = Bounds::of(primitive.positions.iter().map(|position| position.as_dvec3())).center();
+        let vertex_start = self.vertices.len() as u32;
+        let triangle_start = self.triangles.len() as u32;
+        let palette_start = self.palette_entries.len() as u32;
+        let weight_start = self.instances.last().map_or(0, |instance| instance.weights.end);
+        let instance = self.instances.len() as u32;
+        let flat_normals = primitive.normals.is_none();
+
+        let mut binding = Binding::new(scene, node, primitive, pivot);
+        for (ordinal, source) in source_vertices(primitive).into_iter().enumerate() {
+            let corner = if flat_normals { ordinal as u32 % 3 + 1 } else { 0 };
+            let rest = primitive.positions[source].as_dvec3() - pivot;
+            self.vertices.push(RestVertex {
+                position: rest.as_vec3().to_array(),
+                instance,
+                normal: at(primitive.normals.as_deref(), source).to_array(),
+                corner,
+            });
+            self.push_appearance(primitive, source);
+            let morphs_start = self.morphs.len();
+            self.push_morphs(primitive, source, weight_start);
+            binding.push(
+                source,
+                rest,
+                &self.morphs[morphs_start..],
+                weight_start,
+                &mut self.palette_entries,
+                &mut self.influences,
+            );
+            self.influence_offsets.push(self.influences.len() as u32);
+            self.morph_offsets.push(self.morphs.len() as u32);
+        }
+        self.push_triangles(primitive, vertex_start, instance);
+
+        self.instances.push(Instance {
+            name: if owner.name.is_empty() { mesh.name.clone() } else { owner.name.clone() },
+            node,
+            mesh: mesh_index,
+            primitive: primitive_index,
+            material: primitive.material,
+            pivot,
+            flat_normals,
+            vertices: vertex_start..self.vertices.len() as u32,
+            triangles: triangle_start..self.triangles.len() as u32,
+            palette: palette_start..self.palette_entries.len() as u32,
+            weights: weight_start..weight_start + primitive.targets.len() as u32,
+        });
+        Some(())
+    }
+
+    fn push_appearance(&mut self, primitive: &Primitive, source: usize) {
+        let texcoord = |set: usize| at::<Vec2>(primitive.texcoords.get(set).map(Vec::as_slice), source);
+        let (first, second) = (texcoord(0), texcoord(1));
+        self.texcoords.push([first.x, first.y, second.x, second.y]);
+        let color = primitive.colors.as_ref().and_then(|colors| colors.get(source)).copied();
+        self.colors.push(color.unwrap_or(Vec4::ONE).to_array());
+    }
+
+    fn push_morphs(&mut self, primitive: &Primitive, source: usize, weight_start: u32) {
+        for (target, weight) in primitive.targets.iter().zip(weight_start..) {
+            let position = at::<Vec3>(target.positions.as_deref(), source);
+            let normal = if primitive.normals.is_some() { at(target.normals.as_deref(), source) } else { Vec3::ZERO };
+            if position != Vec3::ZERO || normal != Vec3::ZERO {
+                self.morphs.push(MorphDelta {
+                    position: position.to_array(),
+                    weight,
+                    normal: normal.to_array(),
+                    padding: 0,
+                });
+            }
+        }
+    }
+
+    fn push_triangles(&mut self, primitive: &Primitive, vertex_start: u32, instance: u32) {
+        for (triangle, ordinal) in valid_triangles(primitive).zip(0u32..) {
+            let local =
+                if primitive.normals.is_some() { triangle } else { [0, 1, 2].map(|corner| 3 * ordinal + corner) };
+            self.triangles.push(local.map(|index| index + vertex_start));
+            self.triangle_instances.push(instance);
+        }
+    }
+}
+
+/// The entry of a per-vertex list, zero where the list or the entry is missing.
+fn at<T: Copy + Default>(list: Option<&[T]>, index: usize) -> T {
+    list.and_then(|list| list.get(index)).copied().unwrap_or_default()
+}

@@ -1,0 +1,33 @@
+//! Animation: clips to poses, poses to deformed geometry.
+//!
+//! [`clip_time`] turns playback time into clip time, [`Pose::sample`] a clip time into local transforms, morph weights
+//! and world matrices. [`Geometry`] holds mesh instances as flat arrays for the GPU; a pose reaches it as a
+//! [palette](Geometry::palette) and [morph weights](Geometry::morph_weights). [`deform_f64`] is the same deformation on
+//! the CPU in f64, from the scene's own data.
+//!
+//! Spaces: *vertex* (mesh space less the instance's pivot), *mesh*, *node* (a joint or the mesh's node), *world* (metres,
+//! right-handed, +Y up), *render* (world less an origin near what is shown). Everything up to the palette is f64.
+
+mod bounds;
+mod deform;
+mod geometry;
+mod influences;
+mod palette;
+mod playback;
+mod ply;
+mod pose;
+mod sample;
+mod truth;
+
+#[cfg(test)]
+mod tests;
+
+pub use bounds::Bounds;
+pub use deform::{DeformedGeometry, GeometryLeaves};
+pub use geometry::{Geometry, GeometryError, Influence, Instance, MorphDelta, RestVertex, shown_primitives};
+pub use palette::AffineRows;
+pub use playback::{LoopMode, clip_time};
+pub use ply::write_ply;
+pub use pose::Pose;
+pub use sample::{sample_rotation, sample_vector, sample_weights};
+pub use truth::{Deformed, deform_f64};

@@ -1,0 +1,65 @@
+//! What a pose says to the deformation: the palette of matrices and the morph weights.
+
+use glam::{DMat3, DMat4, DVec3};
+
+use crate::geometry::{Geometry, Instance, PaletteEntry};
+use crate::pose::Pose;
+
+/// Rows of an affine 3x4 matrix: row `i` times `(x, y, z, 1)` is coordinate `i`. In WGSL `array<vec4f, 3>`.
+pub type AffineRows = [[f32; 4]; 3];
+
+impl PaletteEntry {
+    fn world_from_vertex(&self, pose: &Pose) -> DMat4 {
+        pose.world_from_node[self.node] * self.node_from_vertex
+    }
+}
+
+impl Geometry {
+    /// Number of matrices in the palette.
+    pub fn palette_len(&self) -> usize {
+        self.palette_entries.len()
+    }
+
+    /// `render_from_vertex` of each palette entry, where render space is world space minus `origin` (world, metres) and
+    /// vertices are as stored in [`Geometry::vertices`]. Composed in f64 and rounded once, so that an `origin` near the
+    /// body keeps its precision wherever in the world it stands. The own transform of a skinned mesh's node has no effect
+    /// (glTF 2.0, 3.7.3.3).
+    pub fn palette(&self, pose: &Pose, origin: DVec3) -> Vec<AffineRows> {
+        let rows_of = |entry: &PaletteEntry| {
+            let mut matrix = entry.world_from_vertex(pose);
+            matrix.w_axis -= origin.extend(0.0);
+            [0, 1, 2].map(|row| matrix.row(row).as_vec4().to_array())
+        };
+        self.palette_entries.iter().map(rows_of).collect()
+    }
+
+    /// Morph weights of all instances in order, indexed by [`crate::MorphDelta::weight`].
+    pub fn morph_weights(&self, pose: &Pose) -> Vec<f32> {
+        let weights_of = |instance: &Instance| {
+            let given = &pose.weights[instance.node];
+            (0..instance.weights.len()).map(|target| given.get(target).map_or(0.0, |&weight| weight as f32))
+        };
+        self.instances.iter().flat_map(weights_of).collect()
+    }
+
+    /// Whether the pose mirrors each instance, so that its triangles are clockwise seen from outside (glTF 2.0, 3.7.2.1).
+    /// A skinned instance is mirrored when most of its joints' matrices are.
+    pub fn mirrored(&self, pose: &Pose) -> Vec<bool> {
+        let is_mirrored = |instance: &Instance| {
+            let entries = &self.palette_entries[instance.palette.start as usize..instance.palette.end as usize];
+            let negative = |entry: &&PaletteEntry| DMat3::from_mat4(entry.world_from_vertex(pose)).determinant() < 0.0;
+            2 * entries.iter().filter(negative).count() > entries.len()
+        };
+        self.instances.iter().map(is_mirrored).collect()
+    }
+
+    /// Triangles that are counter-clockwise seen from outside in this pose: [`Geometry::triangles`] with two corners
+    /// exchanged where the instance is mirrored.
+    pub fn oriented_triangles(&self, pose: &Pose) -> Vec<[u32; 3]> {
+        let mirrored = self.mirrored(pose);
+        let orient = |(&[a, b, c], &instance): (&[u32; 3], &u32)| {
+            if mirrored[instance as usize] { [a, c, b] } else { [a, b, c] }
+        };
+        self.triangles.iter().zip(&self.triangle_instances).map(orient).collect()
+    }
+}

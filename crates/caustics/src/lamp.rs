@@ -1,0 +1,125 @@
+//! A lamp as a viewpoint: what it sees of a caster, what it sees of the receivers.
+
+use encase::ShaderType;
+use glam::{DVec2, DVec3, Vec3};
+use murano_animation::Bounds;
+use murano_refraction::Viewpoint;
+use murano_scene::{LightKind, PlacedLight, look_along};
+
+/// Widest half-angle that one picture of a lamp covers, radians.
+const WIDEST: f64 = 1.3;
+
+/// A light with the viewpoints that its passes need.
+#[derive(Clone, Debug)]
+pub struct Lamp {
+    placed: PlacedLight,
+    /// Sees every receiver that matters: the caustic map is a picture of this viewpoint.
+    pub receivers: Viewpoint,
+}
+
+/// What a lamp sends into its view (`caustics::photon::Emission`).
+#[derive(Clone, Copy, Debug, ShaderType)]
+pub struct Emission {
+    cos_outer: f32,
+    cos_inner: f32,
+    axis: Vec3,
+}
+
+/// Cosines of a light's outer and inner half-angles; both -1 without a cone.
+pub fn cone_cosines(kind: LightKind) -> (f32, f32) {
+    match kind {
+        LightKind::Spot { inner, outer } => (outer.cos(), inner.min(outer).cos()),
+        LightKind::Directional | LightKind::Point => (-1.0, -1.0),
+    }
+}
+
+impl Lamp {
+    /// A light that shines on casters within `casters` and receivers within `scene` (both in the world); its map has
+    /// `map_size` texels a side.
+    pub fn new(placed: &PlacedLight, casters: &Bounds, scene: &Bounds, map_size: u32) -> Self {
+        let position = placed.world_from_light.w_axis.truncate();
+        let axis = placed.world_from_light.transform_vector3(DVec3::NEG_Z);
+        let radius = (0.5 * casters.diameter()).max(1e-12);
+        let size = [map_size, map_size];
+        let receivers = match placed.light.kind {
+            LightKind::Directional => {
+                // Behind everything, so that all depths are positive; wide enough for what the casters throw.
+                let reach = 0.5 * scene.diameter() + casters.center().distance(scene.center()) + radius;
+                Viewpoint {
+                    world_from_view: look_along(casters.center() - axis * 2.0 * reach, axis),
+                    perspective: false,
+                    half_extent: DVec2::splat(4.0 * radius),
+                    center: DVec2::ZERO,
+                    size,
+                    near: 1e-3 * reach,
+                }
+            }
+            LightKind::Spot { outer, .. } => Viewpoint {
+                world_from_view: placed.world_from_light,
+                perspective: true,
+                half_extent: DVec2::splat(f64::from(outer).clamp(1e-3, WIDEST).tan()),
+                center: DVec2::ZERO,
+                size,
+                near: near(position, casters),
+            },
+            LightKind::Point => {
+                let to = casters.center() - position;
+                let half = (3.0 * (radius / to.length().max(radius)).asin()).clamp(0.7, WIDEST);
+                Viewpoint {
+                    world_from_view: look_along(position, to),
+                    perspective: true,
+                    half_extent: DVec2::splat(half.tan()),
+                    center: DVec2::ZERO,
+                    size,
+                    near: near(position, casters),
+                }
+            }
+        };
+        Self { placed: placed.clone(), receivers }
+    }
+
+    /// The light itself.
+    pub fn placed(&self) -> &PlacedLight {
+        &self.placed
+    }
+
+    /// A viewpoint of `size` texels a side fitted to a caster, or why there is none.
+    ///
+    /// # Errors
+    /// The reason, for the schedule.
+    pub fn caster_viewpoint(&self, caster: &Bounds, size: u32) -> Result<Viewpoint, &'static str> {
+        let position = self.placed.world_from_light.w_axis.truncate();
+        let axis = self.placed.world_from_light.transform_vector3(DVec3::NEG_Z);
+        let radius = 0.5 * caster.diameter();
+        let to = caster.center() - position;
+        let base = Viewpoint { size: [size, size], ..self.receivers };
+        let viewpoint = match self.placed.light.kind {
+            LightKind::Directional => base,
+            LightKind::Spot { outer, .. } => {
+                let outside = to.angle_between(axis) - (radius / to.length().max(radius)).asin();
+                if outside > f64::from(outer) {
+                    return Err("the caster is outside the light's cone");
+                }
+                Viewpoint { world_from_view: look_along(position, to), ..base }
+            }
+            LightKind::Point => Viewpoint { world_from_view: look_along(position, to), ..base },
+        };
+        viewpoint.fitted(caster, 1.02).ok_or("the light is inside the caster's bounds")
+    }
+
+    /// Emission into a viewpoint of this lamp.
+    pub(crate) fn emission(&self, viewpoint: &Viewpoint) -> Emission {
+        let axis = self.placed.world_from_light.transform_vector3(DVec3::NEG_Z);
+        let (cos_outer, cos_inner) = cone_cosines(self.placed.light.kind);
+        Emission {
+            cos_outer,
+            cos_inner,
+            axis: viewpoint.world_from_view.inverse().transform_vector3(axis).normalize_or(DVec3::NEG_Z).as_vec3(),
+        }
+    }
+}
+
+/// Nearest depth of interest: a small part of the distance to the casters.
+fn near(position: DVec3, casters: &Bounds) -> f64 {
+    1e-4 * position.distance(casters.center()).max(casters.diameter()).max(1e-12)
+}

@@ -1,0 +1,14 @@
+//! Caustics: photons emitted through glass, landed on receivers, deposited into a caustic map.
+//!
+//! The camera enters no pass before [`receive`]: a caustic map is a picture of the lamp's view. The light's colour and
+//! intensity multiply where the map is shown.
+
+mod lamp;
+mod photons;
+mod receive;
+mod settings;
+
+pub use lamp::{Emission, Lamp, cone_cosines};
+pub use photons::{Cast, CausticMap, deposit, emit, light_map_size};
+pub use receive::receive;
+pub use settings::{Caustics, Method};

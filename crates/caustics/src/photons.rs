@@ -1,0 +1,160 @@
+//! Emission and deposit: two passes with keys of their own, so that a moved receiver costs a deposit and a camera nothing.
+
+use encase::ShaderType;
+use glam::{DVec3, Mat4, UVec2, Vec3};
+use murano_animation::Bounds;
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_refraction::{Glass, InterfaceMap, Refraction, Viewpoint, texels, traced, with_maps};
+use murano_scheduler::{Output, Plan};
+
+use crate::{Caustics, Lamp, Method};
+
+/// Bytes of a photon: origin, flux, direction, length.
+const PHOTON_BYTES: u64 = 32;
+/// Fixed-point units that the whole grid may carry: even if all of it met in one texel, u32 could hold it.
+const CAPACITY: f64 = (1_u64 << 30) as f64;
+
+#[derive(ShaderType)]
+struct EmitParams {
+    render_from_view: Mat4,
+    ior: f32,
+    photons: u32,
+}
+
+#[derive(ShaderType)]
+struct DepositParams {
+    absorption: Vec3,
+    photon_count: u32,
+    tint: Vec3,
+    units: f32,
+    reach: f32,
+}
+
+#[derive(ShaderType)]
+struct Kernel {
+    size: UVec2,
+    watts: f32,
+    sigma: f32,
+}
+
+/// One caster under one lamp.
+pub struct Cast<'a> {
+    /// Tells the pairs apart in the plan.
+    pub instance: u32,
+    /// The lamp.
+    pub lamp: &'a Lamp,
+    /// The lamp's view of the caster.
+    pub viewpoint: &'a Viewpoint,
+    /// The caster's map from there.
+    pub map: &'a InterfaceMap,
+    /// The posed caster's bounds in the world.
+    pub bounds: &'a Bounds,
+    /// Its glass.
+    pub glass: &'a Glass,
+    /// Origin of render space.
+    pub origin: DVec3,
+}
+
+/// Deposited caustics of one cast.
+#[derive(Clone, Copy, Debug)]
+pub struct CausticMap {
+    /// `vec4f` a texel of the lamp's receiver viewpoint: watts for a lamp of intensity 1, RGB.
+    pub flux: Output,
+    /// Two `u32`: fixed-point flux sent out of the glass and landed, before absorption.
+    pub account: Output,
+    /// Watts per fixed-point unit of `account`.
+    pub watts_per_unit: f64,
+}
+
+/// Texels a side of the light's interface map: an odd multiple of the photons, so that each photon's cell has its centre
+/// on a texel's, fine enough for the search.
+pub fn light_map_size(photons: u32) -> u32 {
+    let mut multiple = 1;
+    while photons * multiple < 320 {
+        multiple += 2;
+    }
+    photons * multiple
+}
+
+/// The most flux that a viewpoint's picture can carry for a lamp of intensity 1, watts.
+fn most_flux(viewpoint: &Viewpoint) -> f64 {
+    4.0 * viewpoint.half_extent.x * viewpoint.half_extent.y
+}
+
+/// Adds the pass `emit:instance`: photons that left the glass. Neither receivers nor the camera nor the light's colour
+/// are among its inputs.
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn emit(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    cast: &Cast<'_>,
+    caustics: &Caustics,
+    refraction: &Refraction,
+) -> Result<Output, GpuError> {
+    let shader = gpu.shader(&traced("caustics::emit", refraction.method))?;
+    let params = EmitParams {
+        render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
+        ior: cast.glass.ior as f32,
+        photons: caustics.photons,
+    };
+    let pass = ComputePass::new("emit", cast.instance)
+        .uniform("params", &params)
+        .uniform("lamp", &cast.lamp.emission(cast.viewpoint))
+        .output("photons", PHOTON_BYTES * texels([caustics.photons; 2]));
+    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
+        .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
+        .add(plan)?;
+    Ok(outputs[0])
+}
+
+/// Adds the pass `deposit:instance`: lands the photons on the receivers that the lamp sees and sums their flux.
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn deposit(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    cast: &Cast<'_>,
+    caustics: &Caustics,
+    photons: Output,
+    receivers: Output,
+    reach: f64,
+) -> Result<CausticMap, GpuError> {
+    let land = gpu.shader(&ShaderSpec::new("caustics::deposit"))?;
+    let filter = gpu.shader(&ShaderSpec::new("caustics::filter"))?;
+    let viewpoint = &cast.lamp.receivers;
+    let photon_count = caustics.photons * caustics.photons;
+    let units = CAPACITY / most_flux(cast.viewpoint);
+    let params = DepositParams {
+        absorption: cast.glass.absorption.into(),
+        photon_count,
+        tint: cast.glass.tint.into(),
+        units: units as f32,
+        reach: reach as f32,
+    };
+    let sigma = match caustics.method {
+        Method::Splat => 1.2,
+    };
+    let count = texels(viewpoint.size);
+    let tiles = Groups::tiles(viewpoint.size);
+    let outputs = ComputePass::new("deposit", cast.instance)
+        .uniform("params", &params)
+        .uniform(
+            "kernel",
+            &Kernel { size: UVec2::from_array(viewpoint.size), watts: (1.0 / units) as f32, sigma },
+        )
+        .uniform("receiver_viewpoint", &viewpoint.uniform(cast.origin))
+        .input("photons", photons)
+        .input("receivers", receivers)
+        .scratch("flux", 12 * count)
+        .scratch("rows", 16 * count)
+        .output("caustic_map", 16 * count)
+        .cleared_output("account", 8)
+        .dispatch(&land, "main", Groups::linear(photon_count as usize, 64))
+        .dispatch(&filter, "horizontal", tiles)
+        .dispatch(&filter, "vertical", tiles)
+        .add(plan)?;
+    Ok(CausticMap { flux: outputs[0], account: outputs[1], watts_per_unit: 1.0 / units })
+}

@@ -1,0 +1,51 @@
+//! What a caster does to a lamp's light at the points that the eye sees.
+
+use encase::ShaderType;
+use glam::Mat4;
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_refraction::{Viewpoint, texels};
+use murano_scheduler::{Output, Plan};
+
+use crate::Cast;
+
+#[derive(ShaderType)]
+struct Params {
+    render_from_eye: Mat4,
+    caustic: u32,
+}
+
+/// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
+/// the share of direct light that passes all casters so far (w). `before` is the pass of the lamp's previous caster;
+/// `caustic_map` the flux of [`crate::CausticMap`].
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn receive(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    cast: &Cast<'_>,
+    eye: &Viewpoint,
+    surfaces: Output,
+    caustic_map: Option<Output>,
+    before: Option<Output>,
+) -> Result<Output, GpuError> {
+    let shader = gpu.shader(&ShaderSpec::new("caustics::receive").feature("chained", before.is_some()))?;
+    let params = Params {
+        render_from_eye: eye.view_from_render(cast.origin).inverse().as_mat4(),
+        caustic: u32::from(caustic_map.is_some()),
+    };
+    let mut pass = ComputePass::new("receive", cast.instance)
+        .uniform("params", &params)
+        .uniform("eye", &eye.uniform(cast.origin))
+        .uniform("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
+        .uniform("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
+        .input("surfaces", surfaces)
+        .input("caster", cast.map.front)
+        // Without caustics the shader never reads it; any buffer fills the place.
+        .input("caustic_map", caustic_map.unwrap_or(cast.map.front))
+        .output("received", 16 * texels(eye.size));
+    if let Some(before) = before {
+        pass = pass.input("received_before", before);
+    }
+    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add(plan)?[0])
+}

@@ -1,0 +1,57 @@
+//! What a caller may choose about caustics.
+
+use murano_refraction::UnknownName;
+
+/// How landed photons become irradiance. The table every user-facing list is made from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// Fixed-size Gaussian splats (Wyman), as a bilinear deposit followed by one separable Gaussian.
+    Splat,
+}
+
+impl Method {
+    /// Every method there is.
+    pub const ALL: [Self; 1] = [Self::Splat];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Splat => "splat",
+        }
+    }
+}
+
+impl std::fmt::Display for Method {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for Method {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        Self::ALL.into_iter().find(|entry| entry.name() == name).ok_or_else(|| UnknownName {
+            what: "caustics method",
+            name: name.into(),
+            choices: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+/// Everything about caustics that a frame may choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Caustics {
+    /// Reconstruction.
+    pub method: Method,
+    /// Photons along each side of a caster's grid.
+    pub photons: u32,
+    /// Texels along each side of the caustic map.
+    pub map_size: u32,
+}
+
+impl Default for Caustics {
+    fn default() -> Self {
+        Self { method: Method::Splat, photons: 256, map_size: 512 }
+    }
+}

@@ -1,0 +1,204 @@
+//! Options that several commands share, and the shot and settings they make.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use murano_caustics::Caustics;
+use murano_gpu::{AdapterChoice, Gpu};
+use murano_refraction::{Method, Refraction, TirPolicy};
+use murano_render::{Settings, Skipping, open_shot};
+use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
+
+use crate::values::{self, CameraWord, CausticsChoice, Interfaces, LightWord};
+
+/// Which adapter renders.
+#[derive(Args)]
+pub struct AdapterOption {
+    /// Adapter whose name contains NAME, or `software`; see `murano adapters`
+    #[arg(long, value_name = "NAME|software")]
+    adapter: Option<String>,
+}
+
+impl AdapterOption {
+    /// Opens the adapter.
+    pub fn open(&self) -> Result<Gpu> {
+        let choice = match self.adapter.as_deref() {
+            None => AdapterChoice::Best,
+            Some("software") => AdapterChoice::Software,
+            Some(name) => AdapterChoice::Named(name.into()),
+        };
+        Ok(Gpu::new(&choice)?)
+    }
+}
+
+/// A model or a shot, and what is changed about it.
+#[derive(Args)]
+pub struct ShotOptions {
+    /// A model (.glb, .gltf) or a shot (.ron)
+    input: PathBuf,
+
+    /// Clip that plays; the first one unless said otherwise
+    #[arg(long, value_name = "NAME|INDEX", value_parser = values::clip(), help_heading = "Scene")]
+    clip: Option<ClipChoice>,
+    /// Time in the clip at which the first frame is taken, seconds
+    #[arg(long, value_name = "S", value_parser = values::number, allow_negative_numbers = true, help_heading = "Scene")]
+    time: Option<f64>,
+    /// The pose stays as it is at --time
+    #[arg(long, help_heading = "Scene")]
+    hold: bool,
+    /// Every material becomes glass
+    #[arg(long, help_heading = "Scene")]
+    glass: bool,
+    /// Index of refraction of all glass
+    #[arg(long, value_name = "N", value_parser = values::index_of_refraction, help_heading = "Scene")]
+    ior: Option<f64>,
+    /// Light from far away: an equirectangular file (.hdr, .exr)
+    #[arg(long, value_name = "FILE|none", value_parser = values::environment(), help_heading = "Scene")]
+    env: Option<EnvironmentChoice>,
+    /// Height of the floor, metres; at the model's lowest point unless said otherwise
+    #[arg(
+        long, value_name = "Y|none", value_parser = values::floor, allow_negative_numbers = true, help_heading = "Scene"
+    )]
+    floor: Option<FloorLevel>,
+
+    /// Picture size in pixels [default: 512x512]
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
+    size: Option<[u32; 2]>,
+    /// Camera: eye=X,Y,Z target=X,Y,Z fov=DEG (vertical), each of them optional
+    #[arg(long, value_name = "WORD", num_args = 1..=3, help_heading = "Picture")]
+    camera: Vec<CameraWord>,
+    /// The camera turns around its target, degrees a second
+    #[arg(
+        long, value_name = "DEG/S", value_parser = values::number, allow_negative_numbers = true, help_heading = "Picture"
+    )]
+    orbit: Option<f64>,
+    /// Light: spot|point|directional pos=X,Y,Z dir=X,Y,Z intensity=I cone=DEG, each of them optional
+    #[arg(long, value_name = "WORD", num_args = 1..=5, help_heading = "Picture")]
+    light: Vec<LightWord>,
+    /// The light turns around the model, degrees a second
+    #[arg(
+        long, value_name = "DEG/S", value_parser = values::number, allow_negative_numbers = true, help_heading = "Picture"
+    )]
+    light_orbit: Option<f64>,
+
+    /// How the second interface is found
+    #[arg(long, value_parser = values::one_of::<Method, _>(Method::ALL.map(Method::name)), help_heading = "Glass")]
+    method: Option<Method>,
+    /// Steps of that search
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), help_heading = "Glass")]
+    steps: Option<u32>,
+    /// Total internal reflection at the second interface
+    #[arg(long, value_parser = values::one_of::<TirPolicy, _>(TirPolicy::ALL.map(TirPolicy::name)), help_heading = "Glass")]
+    tir: Option<TirPolicy>,
+    /// How many interfaces a refracted ray meets
+    #[arg(long, value_enum, default_value_t = Interfaces::Two, help_heading = "Glass")]
+    interfaces: Interfaces,
+    /// The first interface does not reflect
+    #[arg(long, help_heading = "Glass")]
+    no_reflection: bool,
+    /// How landed photons become light
+    #[arg(long, value_parser = CausticsChoice::parser(), help_heading = "Glass")]
+    caustics: Option<CausticsChoice>,
+    /// Photons along each side of a caster's grid
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192), help_heading = "Glass")]
+    photons: Option<u32>,
+    /// Texels along each side of the caustic map
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192), help_heading = "Glass")]
+    caustic_size: Option<u32>,
+
+    /// Reuse nothing: every pass that the picture needs is run
+    #[arg(long, conflicts_with = "verify_skips", help_heading = "Scheduling")]
+    no_skip: bool,
+    /// Rerun what would be reused and compare the bits
+    #[arg(long, help_heading = "Scheduling")]
+    verify_skips: bool,
+}
+
+impl ShotOptions {
+    /// The input's shot with every change made.
+    pub fn shot(&self) -> Result<Shot> {
+        let mut shot = open_shot(&self.input)?;
+        if !shot.model.exists() {
+            return Err(std::io::Error::from(std::io::ErrorKind::NotFound))
+                .with_context(|| format!("the model {} does not exist; check the path", shot.model.display()));
+        }
+        if let Some(clip) = &self.clip {
+            shot.clip = clip.clone();
+        }
+        if self.hold {
+            shot.hold = Some(self.time.or(shot.hold).unwrap_or(0.0));
+        } else if self.time.is_some() {
+            shot.hold = None;
+        }
+        if self.glass {
+            shot.glass.bodies = GlassBodies::All;
+        }
+        shot.glass.ior = self.ior.or(shot.glass.ior);
+        if let Some(environment) = &self.env {
+            shot.environment = environment.clone();
+        }
+        shot.floor.level = self.floor.unwrap_or(shot.floor.level);
+        shot.output.size = self.size.unwrap_or(shot.output.size);
+        self.change_camera(&mut shot);
+        self.change_light(&mut shot);
+        Ok(shot)
+    }
+
+    /// `--camera` takes the place of the shot's path.
+    fn change_camera(&self, shot: &mut Shot) {
+        if !self.camera.is_empty() {
+            shot.camera.keys.clear();
+        }
+        for word in &self.camera {
+            match *word {
+                CameraWord::Eye(eye) => shot.camera.eye = Some(eye.to_array()),
+                CameraWord::Target(target) => shot.camera.target = Some(target.to_array()),
+                CameraWord::Fov(fov) => shot.camera.fov = fov,
+            }
+        }
+        shot.camera.orbit = self.orbit.unwrap_or(shot.camera.orbit);
+    }
+
+    /// `--light` takes the place of the shot's light; what it leaves open is chosen as for a bare model.
+    fn change_light(&self, shot: &mut Shot) {
+        if !self.light.is_empty() {
+            let ShotLight { color, orbit, .. } = shot.light;
+            shot.light = ShotLight { color, orbit, ..ShotLight::default() };
+        }
+        for word in &self.light {
+            match *word {
+                LightWord::Kind(kind) => shot.light.kind = kind,
+                LightWord::Position(position) => shot.light.position = Some(position.to_array()),
+                LightWord::Direction(direction) => shot.light.direction = Some(direction.to_array()),
+                LightWord::Intensity(intensity) => shot.light.intensity = Some(intensity as f32),
+                LightWord::Cone(cone) => shot.light.cone = Some(cone),
+            }
+        }
+        shot.light.orbit = self.light_orbit.unwrap_or(shot.light.orbit);
+    }
+
+    /// How the shot is rendered.
+    pub fn settings(&self) -> Settings {
+        let default = Settings::default();
+        let Interfaces::Two = self.interfaces;
+        let refraction = Refraction {
+            method: self.method.unwrap_or(default.refraction.method),
+            steps: self.steps.unwrap_or(default.refraction.steps),
+            tir: self.tir.unwrap_or(default.refraction.tir),
+            reflection: !self.no_reflection,
+        };
+        let usual = Caustics::default();
+        let caustics = self.caustics.unwrap_or(CausticsChoice(Some(usual.method))).0.map(|method| Caustics {
+            method,
+            photons: self.photons.unwrap_or(usual.photons),
+            map_size: self.caustic_size.unwrap_or(usual.map_size),
+        });
+        let skipping = match (self.no_skip, self.verify_skips) {
+            (true, _) => Skipping::Off,
+            (_, true) => Skipping::Verify,
+            _ => Skipping::On,
+        };
+        Settings { start: self.time.unwrap_or(0.0), refraction, caustics, aov: false, skipping }
+    }
+}

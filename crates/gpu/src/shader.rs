@@ -1,0 +1,166 @@
+//! The shader library: WESL modules linked into WGSL, validated and reflected by naga, kept by specification.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex},
+};
+
+use murano_scheduler::Stamp;
+use wesl::{CompileOptions, Feature, ManglerKind, ModulePath, VirtualResolver, Wesl};
+
+use crate::GpuError;
+
+const SOURCES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+
+/// What to link: a root module, which module stands in for each alias, and which features are on.
+///
+/// An alias is how a method is chosen: `package::refraction::method` resolves to the module of the method asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct ShaderSpec {
+    /// Root module, e.g. `refraction::refract`.
+    pub root: &'static str,
+    /// Alias module and the module it stands for.
+    pub aliases: Vec<(&'static str, &'static str)>,
+    /// Features for `@if(...)` that are on.
+    pub features: Vec<&'static str>,
+}
+
+impl ShaderSpec {
+    /// A root module with no alias and no feature.
+    pub fn new(root: &'static str) -> Self {
+        Self { root, aliases: Vec::new(), features: Vec::new() }
+    }
+
+    /// Lets `alias` resolve to `module`.
+    #[must_use]
+    pub fn alias(mut self, alias: &'static str, module: &'static str) -> Self {
+        self.aliases.push((alias, module));
+        self
+    }
+
+    /// Switches a feature on or leaves it off.
+    #[must_use]
+    pub fn feature(mut self, feature: &'static str, on: bool) -> Self {
+        if on {
+            self.features.push(feature);
+        }
+        self
+    }
+}
+
+/// How a global variable of a shader is bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GlobalKind {
+    Uniform { bytes: u64 },
+    Storage,
+    Texture,
+    Sampler,
+}
+
+/// A global variable of a shader.
+#[derive(Clone, Debug)]
+pub(crate) struct Global {
+    pub name: String,
+    pub binding: u32,
+    pub kind: GlobalKind,
+}
+
+/// A linked shader: its WGSL, its stamp and its interface.
+pub struct Shader {
+    /// Root module.
+    pub name: &'static str,
+    /// The linked WGSL.
+    pub wgsl: String,
+    /// Hash of the WGSL.
+    pub stamp: Stamp,
+    /// Byte offsets of the members of every struct a uniform has: `(struct, member, offset)`.
+    pub uniform_members: Vec<(String, String, u32)>,
+    /// Globals that each entry point uses.
+    pub(crate) entries: HashMap<String, Vec<Global>>,
+}
+
+/// Linked shaders by specification.
+#[derive(Default)]
+pub(crate) struct ShaderLibrary {
+    linked: Mutex<HashMap<ShaderSpec, Arc<Shader>>>,
+}
+
+impl crate::Gpu {
+    /// The shader of a specification, linked at first use.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] if it does not link or validate.
+    pub fn shader(&self, spec: &ShaderSpec) -> Result<Arc<Shader>, GpuError> {
+        let mut linked = self.shaders.linked.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(shader) = linked.get(spec) {
+            return Ok(Arc::clone(shader));
+        }
+        let shader = Arc::new(link(spec)?);
+        linked.insert(spec.clone(), Arc::clone(&shader));
+        Ok(shader)
+    }
+}
+
+fn link(spec: &ShaderSpec) -> Result<Shader, GpuError> {
+    let failed = |message: String| GpuError::Shader { shader: spec.root.into(), message };
+    let path = |module: &str| format!("package::{module}").parse::<ModulePath>().map_err(|e| failed(e.to_string()));
+    let mut resolver = VirtualResolver::new();
+    for (module, source) in SOURCES {
+        resolver.add_module(path(module)?, (*source).into());
+    }
+    for (alias, module) in &spec.aliases {
+        let (_, source) = SOURCES
+            .iter()
+            .find(|(name, _)| name == module)
+            .ok_or_else(|| failed(format!("no module `{module}` for alias `{alias}`")))?;
+        resolver.add_module(path(alias)?, (*source).into());
+    }
+    let mut compiler = Wesl::new_barebones().set_custom_resolver(resolver);
+    let mut options = CompileOptions { validate: false, ..CompileOptions::default() };
+    options.features.default = Feature::Disable;
+    for feature in &spec.features {
+        options.features.flags.insert((*feature).into(), Feature::Enable);
+    }
+    compiler.set_options(options);
+    // Globals keep their names, because passes bind them by name; naga refuses the duplicates this could let through.
+    compiler.set_mangler(ManglerKind::None);
+    let wgsl = compiler.compile(&path(spec.root)?).map_err(|error| failed(error.to_string()))?.to_string();
+    reflect(spec.root, wgsl)
+}
+
+fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
+    let failed = |message: String| GpuError::Shader { shader: name.into(), message };
+    let module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| failed(error.emit_to_string(&wgsl)))?;
+    let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default())
+        .validate(&module)
+        .map_err(|error| failed(error.emit_to_string(&wgsl)))?;
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).map_err(|error| failed(error.to_string()))?;
+    let mut entries = HashMap::new();
+    for (index, entry) in module.entry_points.iter().enumerate() {
+        let used = info.get_entry_point(index);
+        let mut globals = Vec::new();
+        for (handle, variable) in module.global_variables.iter() {
+            let (Some(binding), false) = (&variable.binding, used[handle].is_empty()) else { continue };
+            let kind = match (variable.space, &module.types[variable.ty].inner) {
+                (naga::AddressSpace::Uniform, _) => {
+                    GlobalKind::Uniform { bytes: u64::from(layouter[variable.ty].to_stride()) }
+                }
+                (naga::AddressSpace::Storage { .. }, _) => GlobalKind::Storage,
+                (_, naga::TypeInner::Sampler { .. }) => GlobalKind::Sampler,
+                _ => GlobalKind::Texture,
+            };
+            globals.push(Global { name: variable.name.clone().unwrap_or_default(), binding: binding.binding, kind });
+        }
+        entries.insert(entry.name.clone(), globals);
+    }
+    let mut uniform_members = Vec::new();
+    for (_, ty) in module.types.iter() {
+        if let (naga::TypeInner::Struct { members, .. }, Some(struct_name)) = (&ty.inner, &ty.name) {
+            for member in members {
+                uniform_members.push((struct_name.clone(), member.name.clone().unwrap_or_default(), member.offset));
+            }
+        }
+    }
+    Ok(Shader { name, stamp: Stamp::of(wgsl.as_bytes()), wgsl, uniform_members, entries })
+}

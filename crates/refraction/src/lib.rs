@@ -1,0 +1,14 @@
+//! Refraction in image space: interface maps of a viewpoint, the methods that search them, the refract pass.
+//!
+//! To add a method: its row in [`Method`], its module in `shaders/refraction/methods/` with a function `find_exit`, and
+//! the two matches on `Method` in this crate that name its module and the layers it reads.
+
+mod interface_map;
+mod refract;
+mod settings;
+mod viewpoint;
+
+pub use interface_map::{InterfaceMap, Layers, interface_map, rasterise, texels};
+pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, refract, traced, with_maps};
+pub use settings::{Method, Refraction, TirPolicy, UnknownName};
+pub use viewpoint::{Viewpoint, ViewpointUniform};

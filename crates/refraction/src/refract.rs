@@ -1,0 +1,192 @@
+//! The refract pass, and what every pass that traces paths through a body needs.
+
+use encase::ShaderType;
+use glam::{DVec3, Mat4, Vec3, Vec4};
+use murano_animation::Bounds;
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_optics::absorption_coefficient;
+use murano_scene::Material;
+use murano_scheduler::{Output, Plan};
+
+use crate::{InterfaceMap, Layers, Method, Refraction, TirPolicy, Viewpoint, interface_map::texels};
+
+/// The optical constants of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// Index of refraction relative to air.
+    pub ior: f64,
+    /// Absorption per metre, linear RGB (KHR_materials_volume: -ln(colour) / distance).
+    pub absorption: [f32; 3],
+    /// Factor on what is transmitted, linear RGB.
+    pub tint: [f32; 3],
+}
+
+impl Glass {
+    /// The constants of a material.
+    pub fn of(material: &Material) -> Self {
+        Self {
+            ior: material.ior.max(1e-3),
+            // Finite, so that no length at all absorbs nothing even in opaque glass.
+            absorption: absorption_coefficient(
+                material.attenuation_color.as_dvec3(),
+                f64::from(material.attenuation_distance),
+            )
+            .min(DVec3::splat(1e9))
+            .as_vec3()
+            .to_array(),
+            tint: (material.base_color.truncate() * material.transmission).to_array(),
+        }
+    }
+
+    /// Whether light passes as if there were nothing.
+    pub fn is_invisible(&self) -> bool {
+        self.ior == 1.0 && self.absorption == [0.0; 3] && self.tint == [1.0; 3]
+    }
+}
+
+#[derive(ShaderType)]
+struct Search {
+    bounds: Vec4,
+    steps: u32,
+    tir: u32,
+}
+
+#[derive(ShaderType)]
+struct Params {
+    world_from_view: Mat4,
+    absorption: Vec3,
+    ior: f32,
+    tint: Vec3,
+    reach: f32,
+    reflection: f32,
+    object: u32,
+}
+
+impl Method {
+    /// The shader module that finds the second interface.
+    fn module(self) -> &'static str {
+        match self {
+            Self::Sir => "refraction::methods::sir",
+            Self::Dir => "refraction::methods::dir",
+            Self::Newton => "refraction::methods::newton",
+        }
+    }
+
+    /// The layers its maps need.
+    pub fn layers(self) -> Layers {
+        match self {
+            Self::Sir | Self::Newton => Layers::NearestBack,
+            Self::Dir => Layers::FarthestBack,
+        }
+    }
+}
+
+/// The shader of a root module that imports `package::refraction::path`, with this method in place.
+pub fn traced(root: &'static str, method: Method) -> ShaderSpec {
+    ShaderSpec::new(root).alias("refraction::method", method.module())
+}
+
+/// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads.
+pub fn with_maps(
+    pass: ComputePass,
+    map: &InterfaceMap,
+    viewpoint: &Viewpoint,
+    origin: DVec3,
+    bounds: &Bounds,
+    refraction: &Refraction,
+) -> ComputePass {
+    let tir = match refraction.tir {
+        TirPolicy::Pass => 0,
+        TirPolicy::Clamp => 1,
+        TirPolicy::Reflect => 2,
+    };
+    let mut pass = pass
+        .uniform("map_viewpoint", &viewpoint.uniform(origin))
+        .uniform(
+            "search",
+            &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir },
+        )
+        .input("front", map.front);
+    if let Some(back) = map.back {
+        pass = pass.input("back", back);
+    }
+    if let Some(range) = map.depth_range {
+        pass = pass.input("depth_range", range);
+    }
+    pass
+}
+
+/// What a picture shows so far: radiance and depth, and the object of each pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Layered {
+    /// `vec4f` a pixel: linear radiance, depth in metres (0: background).
+    pub colour: Output,
+    /// `u32` a pixel: 0 for background, else an object's number.
+    pub cover: Output,
+}
+
+/// What the refract pass is told besides its maps.
+pub struct RefractRequest<'a> {
+    /// Tells bodies apart in the plan.
+    pub instance: u32,
+    /// The body's number among all objects.
+    pub object: u32,
+    /// The eye.
+    pub viewpoint: &'a Viewpoint,
+    /// Origin of render space.
+    pub origin: DVec3,
+    /// The posed body's bounds in the world.
+    pub bounds: &'a Bounds,
+    /// Its glass.
+    pub glass: &'a Glass,
+    /// Settings.
+    pub refraction: &'a Refraction,
+    /// How far rays that left the glass are followed through the scene, metres.
+    pub reach: f64,
+    /// Whether to write the paths.
+    pub aov: bool,
+}
+
+/// `vec4f` rows a pixel of the paths output.
+pub const PATH_ROWS: usize = 6;
+
+/// Adds the pass `refract:instance`: draws a body over what lies behind it. Returns the new picture and, where asked for,
+/// the paths: [`PATH_ROWS`] rows of `vec4f` a pixel, positions relative to the origin.
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn refract(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    map: &InterfaceMap,
+    behind: Layered,
+    environment: Output,
+    request: &RefractRequest<'_>,
+) -> Result<(Layered, Option<Output>), GpuError> {
+    let shader = gpu.shader(&traced("refraction::refract", request.refraction.method).feature("aov", request.aov))?;
+    let viewpoint = request.viewpoint;
+    let render_from_view = viewpoint.view_from_render(request.origin).inverse();
+    let params = Params {
+        world_from_view: render_from_view.as_mat4(),
+        absorption: request.glass.absorption.into(),
+        ior: request.glass.ior as f32,
+        tint: request.glass.tint.into(),
+        reach: request.reach as f32,
+        reflection: f32::from(u8::from(request.refraction.reflection)),
+        object: request.object,
+    };
+    let count = texels(viewpoint.size);
+    let pass = ComputePass::new("refract", request.instance)
+        .uniform("params", &params)
+        .input("behind", behind.colour)
+        .input("cover_behind", behind.cover)
+        .input("environment", environment)
+        .output("colour", 16 * count)
+        .output("cover", 4 * count);
+    let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
+    if request.aov {
+        pass = pass.cleared_output("paths", 16 * PATH_ROWS as u64 * count);
+    }
+    let outputs = pass.dispatch(&shader, "main", Groups::tiles(viewpoint.size)).add(plan)?;
+    Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
+}

@@ -1,0 +1,131 @@
+//! What a world is made of, sorted by how it is drawn: glass bodies one by one, everything opaque as one.
+
+use glam::{DVec3, Vec4};
+use murano_animation::{Geometry, GeometryError, GeometryLeaves, shown_primitives};
+use murano_gpu::Leaf;
+use murano_refraction::Glass;
+use murano_scene::{Local, Material, Mesh, Node, NodeIndex, Primitive, Scene, Transform};
+use murano_scheduler::Stamp;
+
+use crate::{Floor, materials::MaterialTable};
+
+/// Above this many glass nodes, bodies are formed by material rather than by node.
+const MOST_BODIES: usize = 16;
+
+/// One glass body: its own maps, its own caustics.
+pub(crate) struct Body {
+    pub(crate) geometry: Geometry,
+    pub(crate) leaves: GeometryLeaves,
+    pub(crate) glass: Glass,
+}
+
+/// Everything that is shaded.
+pub(crate) struct Opaque {
+    pub(crate) geometry: Geometry,
+    pub(crate) leaves: GeometryLeaves,
+    /// Constant buffers by the names the opaque shader binds.
+    pub(crate) buffers: Vec<(&'static str, Stamp, Leaf)>,
+}
+
+/// Appends a floor to a scene as a node of its own and returns its material.
+pub(crate) fn add_floor(scene: &mut Scene, floor: &Floor) -> usize {
+    let half = floor.half_extent as f32;
+    let corners = [[-half, -half], [-half, half], [half, half], [half, -half]];
+    let material = scene.materials.len();
+    scene.materials.push(Material {
+        name: "floor".into(),
+        base_color: Vec4::new(floor.albedo[0], floor.albedo[1], floor.albedo[2], 1.0),
+        metallic: 0.0,
+        roughness: 0.9,
+        ..Material::default()
+    });
+    let mesh = scene.meshes.len();
+    scene.meshes.push(Mesh {
+        name: "floor".into(),
+        primitives: vec![Primitive {
+            positions: corners.map(|[x, z]| glam::Vec3::new(x, 0.0, z)).to_vec(),
+            normals: Some(vec![glam::Vec3::Y; 4]),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(material),
+            ..Primitive::default()
+        }],
+    });
+    scene.roots.push(scene.nodes.len());
+    scene.nodes.push(Node {
+        name: "floor".into(),
+        parent: None,
+        children: Vec::new(),
+        local: Local::Trs(Transform {
+            translation: DVec3::new(floor.center[0], floor.height, floor.center[1]),
+            ..Transform::IDENTITY
+        }),
+        mesh: Some(mesh),
+        skin: None,
+        camera: None,
+        light: None,
+        weights: Vec::new(),
+    });
+    material
+}
+
+fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize> {
+    let mesh = &scene.meshes[scene.nodes[node].mesh?];
+    mesh.primitives.get(primitive)?.material.filter(|&index| index < scene.materials.len())
+}
+
+/// Splits what a scene shows into glass bodies and the rest.
+pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec<Body>, Opaque), GeometryError> {
+    let glass_of = |node, primitive| {
+        material_of(scene, node, primitive).filter(|&index| scene.materials[index].is_glass())
+    };
+    let (glass, opaque): (Vec<_>, Vec<_>) =
+        shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
+    let mut nodes: Vec<NodeIndex> = glass.iter().map(|&(node, _)| node).collect();
+    nodes.dedup();
+    let by_node = nodes.len() <= MOST_BODIES;
+    type Key = (Option<NodeIndex>, Option<usize>);
+    let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
+    for (node, primitive) in glass {
+        let key = (by_node.then_some(node), glass_of(node, primitive));
+        match groups.iter_mut().find(|(other, _)| *other == key) {
+            Some((_, members)) => members.push((node, primitive)),
+            None => groups.push((key, vec![(node, primitive)])),
+        }
+    }
+    let bodies = groups
+        .into_iter()
+        .map(|((_, material), members)| {
+            let geometry = Geometry::build(scene, &members)?;
+            let glass = material.map_or_else(|| Glass::of(&Material::default()), |m| Glass::of(&scene.materials[m]));
+            Ok(Body { leaves: GeometryLeaves::new(&geometry), geometry, glass })
+        })
+        .collect::<Result<Vec<_>, GeometryError>>()?;
+    let geometry = Geometry::build(scene, &opaque)?;
+    Ok((bodies, opaque_of(scene, geometry, floor)))
+}
+
+fn opaque_of(scene: &Scene, geometry: Geometry, floor: Option<(usize, &Floor)>) -> Opaque {
+    let mut table = MaterialTable::new(scene);
+    if let Some((material, floor)) = floor {
+        table.rows[material].fade_radius = floor.half_extent as f32;
+    }
+    let triangle_materials: Vec<u32> = geometry
+        .triangle_instances
+        .iter()
+        .map(|&instance| {
+            let row = table.row_of(geometry.instances[instance as usize].material);
+            // Objects beyond 16 bits share numbers: only the silhouette filter between two such would notice.
+            (row as u32 & 0xffff) | (instance & 0x7fff) << 16
+        })
+        .collect();
+    let buffer = |name, (stamp, leaf)| (name, stamp, leaf);
+    let buffers = vec![
+        buffer("texcoords", Leaf::of(&geometry.texcoords)),
+        buffer("colors", Leaf::of(&geometry.colors)),
+        buffer("triangle_materials", Leaf::of(&triangle_materials)),
+        buffer("materials", Leaf::of(&table.rows)),
+        buffer("texture_slots", Leaf::of(&table.slots)),
+        buffer("texels", Leaf::of(&table.texels)),
+    ];
+    Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers }
+}

@@ -1,0 +1,421 @@
+//! The frame as a plan: one function, read from top to bottom, each line a pass or a pure step on the CPU.
+
+use encase::ShaderType;
+use glam::{DMat4, DVec2, DVec3, Mat4, UVec2, Vec3, Vec4};
+use murano_animation::{Bounds, DeformedGeometry, Pose};
+use murano_caustics::{Cast, CausticMap, Caustics, Lamp, cone_cosines, deposit, emit, light_map_size, receive};
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_refraction::{
+    Glass, InterfaceMap, Layered, Layers, RefractRequest, Viewpoint, interface_map, rasterise, refract, texels,
+};
+use murano_scene::{LightKind, PlacedLight, Projection};
+use murano_scheduler::{Output, Plan};
+
+use crate::{
+    FrameRequest, ToneMap, View,
+    bodies::{Body, Opaque},
+    distant::Distant,
+};
+
+/// Texels a side of a lamp's view where no caustic map asks for another size.
+const SHADOW_MAP_SIZE: u32 = 1024;
+/// Texels a side of a lamp's view of a caster where there are no photons.
+const CASTER_MAP_SIZE: u32 = 512;
+
+/// What a frame is made from: a world made ready.
+pub(crate) struct Stock<'a> {
+    pub(crate) gpu: &'a Gpu,
+    pub(crate) bodies: &'a [Body],
+    pub(crate) opaque: &'a Opaque,
+    pub(crate) distant: &'a Distant,
+    /// Where fading surfaces have their centre, world.
+    pub(crate) fade_centre: DVec3,
+}
+
+/// The outputs of a frame's plan.
+pub(crate) struct Planned {
+    pub(crate) plan: Plan<Work>,
+    pub(crate) origin: DVec3,
+    /// Packed sRGB.
+    pub(crate) picture: Output,
+    /// Linear radiance and depth.
+    pub(crate) colour: Output,
+    /// Paths of each body drawn.
+    pub(crate) paths: Vec<Output>,
+    /// Caustic irradiance and direct light of each lamp.
+    pub(crate) light_layers: Vec<Output>,
+    /// Every caustic map with its energy account.
+    pub(crate) accounts: Vec<CausticMap>,
+}
+
+/// What the eye sees of the opaque scene.
+struct OpaquePicture {
+    layered: Layered,
+    surfaces: Output,
+    albedo: Output,
+}
+
+#[derive(ShaderType)]
+struct OpaqueParams {
+    render_from_view: Mat4,
+    ambient: [Vec4; 9],
+    fade_centre: Vec3,
+}
+
+#[derive(ShaderType)]
+struct LampParams {
+    lamp_from_eye: Mat4,
+    intensity: Vec3,
+    punctual: f32,
+    cos_outer: f32,
+    cos_inner: f32,
+    range: f32,
+}
+
+#[derive(ShaderType)]
+struct CompositeParams {
+    size: UVec2,
+    exposure: f32,
+    curve: u32,
+}
+
+/// Declares a frame.
+pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Result<Planned, GpuError> {
+    let mut plan = Plan::new();
+    let posed: Vec<Bounds> = stock.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
+    let opaque_bounds = stock.opaque.geometry.posed_bounds(pose);
+    let glass_bounds = posed.iter().fold(Bounds::EMPTY, |all, one| all.union(*one));
+    let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
+    let eye = eye(&request.view, request.size);
+    let reach = 4.0 * glass_bounds.union(opaque_bounds).diameter();
+    let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
+
+    let mut frame = FramePlan { stock, request, origin, eye, reach, environment, accounts: Vec::new() };
+    let opaque = stock.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.opaque.geometry, pose, origin)?;
+    let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
+    let seen = frame.opaque(&mut plan, &opaque)?;
+    let (mut layered, light_layers) = frame.light(&mut plan, &opaque, &opaque_bounds, &bodies, &glass_bounds, &seen)?;
+    let mut paths = Vec::new();
+    for body in back_to_front(&bodies, &eye) {
+        layered = frame.refract(&mut plan, body, layered, &mut paths)?;
+    }
+    let picture = frame.composite(&mut plan, layered)?;
+    let accounts = frame.accounts;
+    Ok(Planned { plan, origin, picture, colour: layered.colour, paths, light_layers, accounts })
+}
+
+/// A glass body in this frame.
+struct PosedBody {
+    index: u32,
+    glass: Glass,
+    deformed: DeformedGeometry,
+    bounds: Bounds,
+}
+
+/// Farthest first.
+fn back_to_front<'a>(bodies: &'a [PosedBody], eye: &Viewpoint) -> Vec<&'a PosedBody> {
+    let view_from_world = eye.world_from_view.inverse();
+    let mut sorted: Vec<_> = bodies.iter().collect();
+    sorted.sort_by(|a, b| {
+        let depth = |body: &PosedBody| view_from_world.transform_point3(body.bounds.center()).z;
+        depth(a).total_cmp(&depth(b))
+    });
+    sorted
+}
+
+/// A point near what is shown, on a grid coarse enough that a body moving about keeps its origin.
+fn origin(bounds: &Bounds) -> DVec3 {
+    if bounds.is_empty() {
+        return DVec3::ZERO;
+    }
+    let grid = (8.0 * bounds.diameter()).max(1e-9).log2().ceil().exp2();
+    (bounds.center() / grid).round() * grid
+}
+
+/// The camera as a viewpoint.
+pub(crate) fn eye(view: &View, size: [u32; 2]) -> Viewpoint {
+    let aspect = f64::from(size[0]) / f64::from(size[1]);
+    let (perspective, half_height) = match view.projection {
+        Projection::Perspective { yfov } => (true, (0.5 * yfov).tan()),
+        Projection::Orthographic { half_height } => (false, half_height),
+    };
+    Viewpoint {
+        world_from_view: view.world_from_view,
+        perspective,
+        half_extent: DVec2::new(half_height * aspect, half_height),
+        center: DVec2::ZERO,
+        size,
+        near: view.near,
+    }
+}
+
+struct FramePlan<'a> {
+    stock: &'a Stock<'a>,
+    request: &'a FrameRequest,
+    origin: DVec3,
+    eye: Viewpoint,
+    /// How far rays are followed, metres.
+    reach: f64,
+    environment: Output,
+    accounts: Vec<CausticMap>,
+}
+
+impl FramePlan<'_> {
+    /// Deforms every body that light can tell from air.
+    fn deform_bodies(
+        &self,
+        plan: &mut Plan<Work>,
+        pose: &Pose,
+        posed: &[Bounds],
+    ) -> Result<Vec<PosedBody>, GpuError> {
+        let mut bodies = Vec::new();
+        for (index, (body, bounds)) in (0..).zip(self.stock.bodies.iter().zip(posed)) {
+            if body.glass.is_invisible() {
+                plan.cull("deform", index + 1, "index of refraction 1 and clear: it changes nothing")?;
+                continue;
+            }
+            let deformed =
+                body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
+            bodies.push(PosedBody { index, glass: body.glass, deformed, bounds: *bounds });
+        }
+        Ok(bodies)
+    }
+
+    /// Opaque things, lit by the environment, before it where there is nothing.
+    fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
+        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::opaque"))?;
+        let count = texels(self.eye.size);
+        let params = OpaqueParams {
+            render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
+            ambient: self.stock.distant.ambient,
+            fade_centre: (self.stock.fade_centre - self.origin).as_vec3(),
+        };
+        let pass = ComputePass::new("opaque", 0)
+            .uniform("params", &params)
+            .uniform("viewpoint", &self.eye.uniform(self.origin))
+            .input("normals", geometry.normals)
+            .input("environment", self.environment)
+            .scratch("seen", 4 * count)
+            .output("surfaces", 16 * count)
+            .output("albedo", 16 * count)
+            .output("colour", 16 * count)
+            .output("cover", 4 * count);
+        let mut pass = rasterise(self.stock.gpu, pass, geometry, self.eye.size, Layers::Nearest)?;
+        for (name, stamp, leaf) in &self.stock.opaque.buffers {
+            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
+        }
+        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add(plan)?;
+        Ok(OpaquePicture {
+            surfaces: outputs[0],
+            albedo: outputs[1],
+            layered: Layered { colour: outputs[2], cover: outputs[3] },
+        })
+    }
+
+    /// Adds every lamp's light, with shadows and caustics.
+    fn light(
+        &mut self,
+        plan: &mut Plan<Work>,
+        opaque: &DeformedGeometry,
+        opaque_bounds: &Bounds,
+        bodies: &[PosedBody],
+        glass_bounds: &Bounds,
+        seen: &OpaquePicture,
+    ) -> Result<(Layered, Vec<Output>), GpuError> {
+        let mut layered = seen.layered;
+        let mut layers = Vec::new();
+        let everything = glass_bounds.union(*opaque_bounds);
+        let casters = if glass_bounds.is_empty() { opaque_bounds } else { glass_bounds };
+        for (number, placed) in (0..).zip(&self.request.lights) {
+            if opaque.triangle_count == 0 {
+                plan.cull("illuminate", number, "there is nothing opaque to light")?;
+                continue;
+            }
+            if !(placed.light.intensity > 0.0) || placed.light.color == Vec3::ZERO {
+                plan.cull("illuminate", number, "the light is out")?;
+                continue;
+            }
+            let map_size = self.request.caustics.map_or(SHADOW_MAP_SIZE, |caustics| caustics.map_size);
+            let lamp = Lamp::new(placed, casters, &everything, map_size);
+            let receivers = interface_map(
+                self.stock.gpu,
+                plan,
+                ("receivers", number),
+                opaque,
+                &lamp.receivers,
+                self.origin,
+                Layers::Nearest,
+            )?
+            .front;
+            let reachable = lamp.receivers.sees(opaque_bounds);
+            let mut received = None;
+            for body in bodies {
+                let pair = number * self.stock.bodies.len() as u32 + body.index;
+                if !reachable {
+                    plan.cull("emit", pair, "no receiver is in the light's view")?;
+                    continue;
+                }
+                received = self.cast(plan, pair, &lamp, body, receivers, seen.surfaces, received)?;
+            }
+            let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
+            layered.colour = colour;
+            layers.extend(layer);
+        }
+        Ok((layered, layers))
+    }
+
+    /// One caster under one lamp: its shadow and its caustic at what the eye sees.
+    #[allow(clippy::too_many_arguments)]
+    fn cast(
+        &mut self,
+        plan: &mut Plan<Work>,
+        pair: u32,
+        lamp: &Lamp,
+        body: &PosedBody,
+        receivers: Output,
+        surfaces: Output,
+        before: Option<Output>,
+    ) -> Result<Option<Output>, GpuError> {
+        let caustics: Option<&Caustics> = self.request.caustics.as_ref();
+        let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
+        let viewpoint = match lamp.caster_viewpoint(&body.bounds, size) {
+            Ok(viewpoint) => viewpoint,
+            Err(reason) => {
+                plan.cull("light_map", pair, reason)?;
+                return Ok(before);
+            }
+        };
+        let gpu = self.stock.gpu;
+        let refraction = &self.request.refraction;
+        let layers = refraction.method.layers();
+        let map =
+            interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
+        let cast = Cast {
+            instance: pair,
+            lamp,
+            viewpoint: &viewpoint,
+            map: &map,
+            bounds: &body.bounds,
+            glass: &body.glass,
+            origin: self.origin,
+        };
+        let mut caustic_map = None;
+        if let Some(caustics) = caustics {
+            let photons = emit(gpu, plan, &cast, caustics, refraction)?;
+            let deposited = deposit(gpu, plan, &cast, caustics, photons, receivers, self.reach)?;
+            self.accounts.push(deposited);
+            caustic_map = Some(deposited.flux);
+        }
+        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map, before)?))
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn illuminate(
+        &self,
+        plan: &mut Plan<Work>,
+        number: u32,
+        lamp: &Lamp,
+        receivers: Output,
+        received: Option<Output>,
+        seen: &OpaquePicture,
+        unlit: Output,
+    ) -> Result<(Output, Option<Output>), GpuError> {
+        let spec = ShaderSpec::new("render::illuminate")
+            .feature("casters", received.is_some())
+            .feature("aov", self.request.aov);
+        let shader = self.stock.gpu.shader(&spec)?;
+        let count = texels(self.eye.size);
+        let mut pass = ComputePass::new("illuminate", number)
+            .uniform("params", &lamp_params(lamp.placed(), &self.eye.world_from_view))
+            .uniform("eye", &self.eye.uniform(self.origin))
+            .uniform("receiver_viewpoint", &lamp.receivers.uniform(self.origin))
+            .uniform("render_from_eye", &self.eye.view_from_render(self.origin).inverse().as_mat4())
+            .input("surfaces", seen.surfaces)
+            .input("albedo", seen.albedo)
+            .input("receivers", receivers)
+            .input("unlit", unlit)
+            .output("colour", 16 * count);
+        if let Some(received) = received {
+            pass = pass.input("received", received);
+        }
+        if self.request.aov {
+            pass = pass.cleared_output("light_layers", 32 * count);
+        }
+        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add(plan)?;
+        Ok((outputs[0], outputs.get(1).copied()))
+    }
+
+    /// Draws one body over what lies behind it.
+    fn refract(
+        &self,
+        plan: &mut Plan<Work>,
+        body: &PosedBody,
+        behind: Layered,
+        paths: &mut Vec<Output>,
+    ) -> Result<Layered, GpuError> {
+        if !self.eye.sees(&body.bounds) {
+            plan.cull("eye_map", body.index, "the body is out of the picture")?;
+            plan.cull("refract", body.index, "the body is out of the picture")?;
+            return Ok(behind);
+        }
+        let refraction = &self.request.refraction;
+        let map: InterfaceMap = interface_map(
+            self.stock.gpu,
+            plan,
+            ("eye_map", body.index),
+            &body.deformed,
+            &self.eye,
+            self.origin,
+            refraction.method.layers(),
+        )?;
+        let request = RefractRequest {
+            instance: body.index,
+            object: 0x8000_0000 | body.index,
+            viewpoint: &self.eye,
+            origin: self.origin,
+            bounds: &body.bounds,
+            glass: &body.glass,
+            refraction,
+            reach: self.reach,
+            aov: self.request.aov,
+        };
+        let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
+        paths.extend(written);
+        Ok(layered)
+    }
+
+    /// Filters silhouettes, maps tones, packs sRGB.
+    fn composite(&self, plan: &mut Plan<Work>, layered: Layered) -> Result<Output, GpuError> {
+        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::composite"))?;
+        let params = CompositeParams {
+            size: UVec2::from_array(self.request.size),
+            exposure: self.request.exposure,
+            curve: match self.request.tone_map {
+                ToneMap::Linear => 0,
+                ToneMap::Neutral => 1,
+                ToneMap::Agx => 2,
+            },
+        };
+        let outputs = ComputePass::new("composite", 0)
+            .uniform("params", &params)
+            .input("colour", layered.colour)
+            .input("cover", layered.cover)
+            .output("picture", 4 * texels(self.request.size))
+            .dispatch(&shader, "main", Groups::tiles(self.request.size))
+            .add(plan)?;
+        Ok(outputs[0])
+    }
+}
+
+fn lamp_params(placed: &PlacedLight, world_from_eye: &DMat4) -> LampParams {
+    let light = &placed.light;
+    let (cos_outer, cos_inner) = cone_cosines(light.kind);
+    LampParams {
+        lamp_from_eye: (placed.world_from_light.inverse() * *world_from_eye).as_mat4(),
+        intensity: light.color * light.intensity,
+        punctual: f32::from(u8::from(light.kind != LightKind::Directional)),
+        cos_outer,
+        cos_inner,
+        range: if light.range.is_finite() { light.range } else { 0.0 },
+    }
+}

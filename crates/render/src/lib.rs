@@ -1,0 +1,17 @@
+//! The frame: opaque shading, background, composite, tone map. `FrameRequest` in, `Frame` out.
+
+mod aov;
+mod bodies;
+mod distant;
+mod frame;
+mod materials;
+mod renderer;
+mod request;
+mod stage;
+
+pub use murano_scene::PlacedLight;
+pub use renderer::{CausticAccount, DeformedMesh, RenderError, Renderer};
+pub use request::{
+    AOV_LAYERS, Aov, AovLayer, Floor, Frame, FrameRequest, PassReport, Skipping, ToneMap, View, World,
+};
+pub use stage::{Extent, Settings, Stage, StageError, find_clip, open_shot};

@@ -1,0 +1,242 @@
+//! The renderer: a world made ready for a device, and the frames it is asked for.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use murano_animation::{Geometry, GeometryError, LoopMode, Pose, clip_time};
+use murano_gpu::{Executed, Gpu, GpuError, Work};
+use murano_scheduler::{History, Output, Plan};
+
+use crate::{
+    Frame, FrameRequest, PassReport, Skipping, World,
+    aov::{self, Layers},
+    bodies::{self, Body, Opaque},
+    distant::Distant,
+    frame::{self, Planned, Stock},
+};
+
+/// Why a frame could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The scene.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// The request makes no sense.
+    #[error("{0}")]
+    Request(String),
+}
+
+/// A world on a device.
+pub struct Renderer {
+    gpu: Gpu,
+    world: World,
+    bodies: Vec<Body>,
+    opaque: Opaque,
+    distant: Distant,
+    fade_centre: DVec3,
+    history: History,
+}
+
+/// One geometry as the GPU deformed it.
+pub struct DeformedMesh {
+    /// World, metres.
+    pub positions: Vec<DVec3>,
+    /// World, unit (zero where the mesh collapses).
+    pub normals: Vec<DVec3>,
+    /// What was deformed, for comparison with `murano_animation::deform_f64`.
+    pub geometry: Geometry,
+}
+
+impl Renderer {
+    /// Sorts a world into bodies and hashes what never changes.
+    ///
+    /// # Errors
+    /// [`RenderError::Geometry`] if the scene has more vertices than can be indexed.
+    pub fn new(gpu: Gpu, mut world: World) -> Result<Self, RenderError> {
+        let floor = world.floor;
+        let material = floor.as_ref().map(|floor| bodies::add_floor(&mut world.scene, floor));
+        let (bodies, opaque) = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
+        let fade_centre =
+            floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
+        let distant = Distant::new(world.environment.as_ref());
+        Ok(Self { gpu, world, bodies, opaque, distant, fade_centre, history: History::new() })
+    }
+
+    /// The world, with the floor as a node of its scene.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    fn pose(&self, clip: Option<usize>, time: f64) -> Pose {
+        let duration = clip.and_then(|clip| self.world.scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
+        Pose::sample(&self.world.scene, clip, clip_time(LoopMode::Loop, time, duration))
+    }
+
+    /// Renders one frame. Equal requests give equal bits, whatever was rendered before.
+    ///
+    /// # Errors
+    /// [`RenderError`]: an impossible request, or the device.
+    pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
+        let start = Instant::now();
+        check(request, &self.world)?;
+        let pose = self.pose(request.clip, request.time);
+        let stock = Stock {
+            gpu: &self.gpu,
+            bodies: &self.bodies,
+            opaque: &self.opaque,
+            distant: &self.distant,
+            fade_centre: self.fade_centre,
+        };
+        let planned = frame::plan(&stock, &pose, request)?;
+        let mut targets = vec![planned.picture];
+        if request.aov {
+            targets.push(planned.colour);
+            targets.extend(&planned.paths);
+            targets.extend(&planned.light_layers);
+        }
+        let skipping = match request.skipping {
+            Skipping::On => murano_scheduler::Skipping::On,
+            Skipping::Off => murano_scheduler::Skipping::Off,
+            Skipping::Verify => murano_scheduler::Skipping::Verify,
+        };
+        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, skipping)?;
+        let passes = reports(&executed);
+        let pixels = request.size[0] as usize * request.size[1] as usize;
+        Ok(Frame {
+            size: request.size,
+            rgba: executed.targets[0][..4 * pixels].to_vec(),
+            aov: request.aov.then(|| gather(&planned, &executed, pixels)),
+            gpu_ms: passes.iter().filter_map(|pass| pass.gpu_ms).sum(),
+            passes,
+            cache_bytes: self.gpu.cache_bytes(),
+            cpu_ms: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+
+    /// The GPU's deformation of every geometry, glass bodies first, the opaque rest last.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] of the device.
+    pub fn deform(&mut self, clip: Option<usize>, time: f64) -> Result<Vec<DeformedMesh>, RenderError> {
+        let pose = self.pose(clip, time);
+        let mut plan: Plan<Work> = Plan::new();
+        let all = self.bodies.iter().map(|body| (&body.geometry, &body.leaves));
+        let all = all.chain([(&self.opaque.geometry, &self.opaque.leaves)]);
+        let mut meshes = Vec::new();
+        let mut targets: Vec<Output> = Vec::new();
+        for (instance, (geometry, leaves)) in (0..).zip(all) {
+            let origin = geometry.posed_bounds(&pose).center();
+            let deformed = leaves.deform(&self.gpu, &mut plan, instance, geometry, &pose, origin)?;
+            targets.extend([deformed.positions, deformed.normals]);
+            meshes.push((geometry, origin));
+        }
+        let executed =
+            self.gpu.execute(&plan, &targets, &mut History::new(), murano_scheduler::Skipping::On)?;
+        Ok(meshes
+            .into_iter()
+            .zip(executed.targets.chunks(2))
+            .map(|((geometry, origin), buffers)| DeformedMesh {
+                positions: aov::rows(&buffers[0], geometry.vertices.len()).map(|p| origin + p.truncate()).collect(),
+                normals: aov::rows(&buffers[1], geometry.vertices.len()).map(|n| n.truncate()).collect(),
+                geometry: geometry.clone(),
+            })
+            .collect())
+    }
+
+    /// Flux of each caustic map of a request, per lamp and caster in order: watts sent out of the glass and watts landed
+    /// on receivers, before absorption, for a lamp of intensity 1.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn caustic_accounts(&mut self, request: &FrameRequest) -> Result<Vec<CausticAccount>, RenderError> {
+        check(request, &self.world)?;
+        let pose = self.pose(request.clip, request.time);
+        let stock = Stock {
+            gpu: &self.gpu,
+            bodies: &self.bodies,
+            opaque: &self.opaque,
+            distant: &self.distant,
+            fade_centre: self.fade_centre,
+        };
+        let planned = frame::plan(&stock, &pose, request)?;
+        let targets: Vec<Output> =
+            planned.accounts.iter().flat_map(|deposited| [deposited.account, deposited.flux]).collect();
+        let skipping = murano_scheduler::Skipping::On;
+        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, skipping)?;
+        Ok(planned
+            .accounts
+            .iter()
+            .zip(executed.targets.chunks(2))
+            .map(|(deposited, buffers)| {
+                let units: &[u32] = bytemuck::cast_slice(&buffers[0]);
+                CausticAccount {
+                    sent: f64::from(units[0]) * deposited.watts_per_unit,
+                    landed: f64::from(units[1]) * deposited.watts_per_unit,
+                    map: bytemuck::pod_collect_to_vec(&buffers[1]),
+                }
+            })
+            .collect())
+    }
+}
+
+/// The energy of one caustic map, for a lamp of intensity 1.
+#[derive(Clone, Debug)]
+pub struct CausticAccount {
+    /// Watts that left the glass.
+    pub sent: f64,
+    /// Watts that met a receiver within the lamp's view.
+    pub landed: f64,
+    /// The map: watts a texel, RGB and a zero, row by row.
+    pub map: Vec<[f32; 4]>,
+}
+
+fn gather(planned: &Planned, executed: &Executed, pixels: usize) -> crate::Aov {
+    let (paths, lights) = executed.targets[2..].split_at(planned.paths.len());
+    Layers { origin: planned.origin, pixels, colour: &executed.targets[1], paths, lights }.gather()
+}
+
+fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
+    let wrong = |message: String| Err(RenderError::Request(message));
+    if request.size.contains(&0) {
+        return wrong(format!("a picture of {}x{} pixels is empty", request.size[0], request.size[1]));
+    }
+    if let Some(clip) = request.clip
+        && clip >= world.scene.clips.len()
+    {
+        return wrong(format!("there is no clip {clip}; the model has {}", world.scene.clips.len()));
+    }
+    if !request.time.is_finite() || !request.view.world_from_view.is_finite() || !(request.view.near > 0.0) {
+        return wrong("time and camera must be finite, and the near distance positive".into());
+    }
+    if let Some(caustics) = request.caustics
+        && (caustics.photons == 0 || caustics.map_size == 0)
+    {
+        return wrong("caustics need at least one photon and one texel a side".into());
+    }
+    Ok(())
+}
+
+fn reports(executed: &Executed) -> Vec<PassReport> {
+    let time = |name: &str, instance: u32| {
+        executed.times.iter().find(|step| step.name == name && step.instance == instance)?.gpu_ms
+    };
+    executed
+        .schedule
+        .steps
+        .iter()
+        .map(|step| PassReport {
+            name: format!("{}:{}", step.name, step.instance),
+            decision: step.decision.name(),
+            reason: step.decision.reason(),
+            gpu_ms: time(step.name, step.instance),
+        })
+        .collect()
+}

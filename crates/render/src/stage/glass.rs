@@ -1,0 +1,107 @@
+//! What a shot says about glass, applied to a model's materials.
+
+use glam::{Vec3, Vec4};
+use murano_scene::{GlassBodies, Material, Scene, ShotGlass};
+
+/// Turns materials into glass and gives every glass the shot's values.
+///
+/// # Errors
+/// The name of a material that the model does not have.
+pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
+    match &glass.bodies {
+        GlassBodies::AsFiled => {}
+        GlassBodies::All => {
+            name_the_default_material(scene);
+            scene.materials.iter_mut().for_each(make_glass);
+        }
+        GlassBodies::Named(names) => {
+            for name in names {
+                let mut named = scene.materials.iter_mut().filter(|material| &material.name == name).peekable();
+                if named.peek().is_none() {
+                    return Err(name.clone());
+                }
+                named.for_each(make_glass);
+            }
+        }
+    }
+    for material in scene.materials.iter_mut().filter(|material| material.is_glass()) {
+        material.ior = glass.ior.unwrap_or(material.ior);
+        material.attenuation_color = glass.attenuation_color.map_or(material.attenuation_color, Vec3::from_array);
+        material.attenuation_distance = glass.attenuation_distance.unwrap_or(material.attenuation_distance);
+        material.dispersion = glass.dispersion.unwrap_or(material.dispersion);
+    }
+    Ok(())
+}
+
+/// Puts the material that primitives without one use into the list, so that it can be changed.
+fn name_the_default_material(scene: &mut Scene) {
+    let default = scene.materials.len();
+    let primitives = scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives);
+    let without: Vec<_> = primitives.filter(|primitive| primitive.material.is_none()).collect();
+    if without.is_empty() {
+        return;
+    }
+    for primitive in without {
+        primitive.material = Some(default);
+    }
+    scene.materials.push(Material::default());
+}
+
+/// An opaque material's own look would hide the refraction: what was painted on it goes, its name, normal map and index
+/// of refraction stay. A material that transmits light already is left as filed.
+fn make_glass(material: &mut Material) {
+    if material.is_glass() {
+        return;
+    }
+    *material = Material {
+        name: material.name.clone(),
+        normal_texture: material.normal_texture,
+        normal_scale: material.normal_scale,
+        base_color: Vec4::ONE,
+        ..Material::glass(material.ior)
+    };
+}
+
+#[cfg(test)]
+mod tests {
+    use murano_scene::{Mesh, Primitive};
+
+    use super::*;
+
+    fn scene() -> Scene {
+        let primitive = |material| Primitive { material, ..Primitive::default() };
+        let material = |name: &str| Material { name: name.into(), ..Material::default() };
+        Scene {
+            materials: vec![material("fur"), Material { ior: 1.3, ..Material::glass(1.3) }],
+            meshes: vec![Mesh { primitives: vec![primitive(Some(0)), primitive(None)], ..Mesh::default() }],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn all_bodies_become_glass_even_without_a_material() {
+        let mut scene = scene();
+        apply(&ShotGlass { bodies: GlassBodies::All, ior: Some(1.7), ..ShotGlass::default() }, &mut scene).unwrap();
+        assert!(scene.materials.iter().all(|material| material.is_glass() && material.ior == 1.7));
+        assert_eq!(scene.meshes[0].primitives[1].material, Some(2));
+        assert_eq!(scene.materials[0].name, "fur");
+    }
+
+    #[test]
+    fn only_the_named_become_glass() {
+        let mut scene = scene();
+        let named = |name: &str| ShotGlass { bodies: GlassBodies::Named(vec![name.into()]), ..ShotGlass::default() };
+        assert_eq!(apply(&named("wood"), &mut scene), Err("wood".into()));
+        apply(&named("fur"), &mut scene).unwrap();
+        assert!(scene.materials[0].is_glass());
+        assert_eq!(scene.materials.len(), 2);
+    }
+
+    #[test]
+    fn filed_glass_keeps_its_index_unless_told() {
+        let mut scene = scene();
+        apply(&ShotGlass::default(), &mut scene).unwrap();
+        assert_eq!(scene.materials[1].ior, 1.3);
+        assert!(!scene.materials[0].is_glass());
+    }
+}

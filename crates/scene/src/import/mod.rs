@@ -1,0 +1,84 @@
+//! glTF 2.0 import.
+//!
+//! Files are not trusted: every index, count, offset, stride and number is checked before it is used, the hierarchy is
+//! walked without recursion, and memory is bounded by what the file holds. What is wrong is an [`ImportError`]; what is
+//! merely odd is a warning in the [`ImportReport`].
+
+mod accessors;
+mod animations;
+mod container;
+mod document;
+mod error;
+mod extensions;
+mod images;
+mod materials;
+mod meshes;
+mod nodes;
+mod normals;
+mod punctual;
+mod references;
+mod topology;
+
+use std::path::Path;
+
+pub use error::{ImportError, ImportProblem};
+
+use self::accessors::Accessors;
+use self::container::{Buffers, Container};
+use self::document::Document;
+use self::images::Images;
+use crate::Scene;
+
+/// What an import had to say besides the scene.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ImportReport {
+    /// `extensionsUsed` of the file.
+    pub extensions_used: Vec<String>,
+    /// `extensionsRequired` of the file.
+    pub extensions_required: Vec<String>,
+    /// Those used that have no effect here.
+    pub extensions_ignored: Vec<String>,
+    /// What was dropped or repaired, and where.
+    pub warnings: Vec<String>,
+}
+
+/// Imports a `.glb` or `.gltf` with all it refers to.
+///
+/// # Errors
+/// [`ImportError`] names the file, the element in it and what to do: a missing file, a damaged container, a bad index,
+/// a cycle, a NaN, an unsupported required extension each have a variant of [`ImportProblem`].
+pub fn import(path: &Path) -> Result<Scene, ImportError> {
+    import_file(path).map_err(|problem| ImportError { file: path.to_owned(), problem })
+}
+
+fn import_file(path: &Path) -> Result<Scene, ImportProblem> {
+    let directory = path.parent().unwrap_or(Path::new(""));
+    let container = Container::read(path)?;
+    let document = Document::parse(container.json())?;
+    let mut report = extensions::check(&document)?;
+    references::check(&document)?;
+    let warnings = &mut report.warnings;
+    let buffers = Buffers::load(&document, &container, directory)?;
+    let accessors = Accessors::new(&document, &buffers);
+
+    let meshes = meshes::import(&document, &accessors, warnings)?;
+    let skins = nodes::import_skins(&document, &accessors, warnings)?;
+    let mut nodes = nodes::import(&document, &meshes, &skins, warnings)?;
+    let roots = nodes::roots(&document, &nodes, warnings)?;
+    let clips = animations::import(&document, &accessors, &mut nodes, warnings)?;
+    let mut images = Images::new(&document, &accessors, directory);
+    let materials = materials::import(&document, &mut images, warnings)?;
+    let images = images.into_decoded();
+    Ok(Scene {
+        nodes,
+        roots,
+        meshes,
+        skins,
+        materials,
+        images,
+        clips,
+        cameras: punctual::import_cameras(&document)?,
+        lights: punctual::import_lights(&document)?,
+        report,
+    })
+}

@@ -1,0 +1,105 @@
+//! The project's own assets, generated: optics bodies, animated glass characters, the studio environment.
+//!
+//! The same source gives the same bytes everywhere: no clock, no random numbers, no hash order, and only `+ - * /` and
+//! square roots (sine and cosine come from [`trig`]). The files are committed; a test compares them with a fresh run.
+
+mod character;
+mod contour;
+mod dance;
+mod dancer;
+mod glb;
+mod implicit;
+mod material;
+mod octopus;
+mod optics_bodies;
+mod radiance_hdr;
+mod remesh;
+mod rig;
+mod studio;
+mod surface;
+mod swan;
+#[cfg(test)]
+mod tests;
+mod trig;
+
+use std::path::Path;
+
+use anyhow::Context as _;
+use glam::DVec3;
+use serde_json::json;
+
+use glb::{Document, Shape, Target};
+use material::Glass;
+use surface::Surface;
+
+/// One generated file.
+#[derive(Debug)]
+pub struct Asset {
+    /// File name inside the assets folder.
+    pub name: &'static str,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Writes every asset into the folder `out`, which is made if it is missing.
+///
+/// # Errors
+/// When the folder or a file cannot be written; the message names it.
+pub fn run(out: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(out).with_context(|| format!("cannot make the assets folder {}", out.display()))?;
+    for asset in generate() {
+        let path = out.join(asset.name);
+        std::fs::write(&path, &asset.bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        eprintln!("{:>9} bytes  {}", asset.bytes.len(), path.display());
+    }
+    Ok(())
+}
+
+/// Every asset, in the order in which they are written.
+pub fn generate() -> Vec<Asset> {
+    let bodies: [(&str, &str, f64, Surface); 7] = [
+        ("sphere.glb", "Sphere", 2.0, optics_bodies::sphere()),
+        ("ellipsoid.glb", "Ellipsoid", 1.5, optics_bodies::ellipsoid()),
+        ("slab.glb", "Slab", 0.4, optics_bodies::slab()),
+        ("prism.glb", "Prism", 0.6, optics_bodies::prism()),
+        ("lens.glb", "Lens", 0.7, optics_bodies::lens()),
+        ("torus.glb", "Torus", 0.8, optics_bodies::torus()),
+        ("bumpy.glb", "Bumpy sphere", 2.0, optics_bodies::bumpy()),
+    ];
+    let mut assets: Vec<Asset> = bodies
+        .into_iter()
+        .map(|(name, title, thickness, surface)| Asset { name, bytes: body_file(title, thickness, &surface) })
+        .collect();
+    assets.push(Asset { name: "dancer.glb", bytes: dancer::dancer().to_glb() });
+    assets.push(Asset { name: "octopus.glb", bytes: octopus::octopus().to_glb() });
+    assets.push(Asset { name: "swan.glb", bytes: swan::swan().to_glb() });
+    assets.push(Asset { name: "studio.hdr", bytes: studio::studio_hdr() });
+    assets
+}
+
+/// A file with one still body of clear glass, n = 1.5.
+fn body_file(title: &str, thickness: f64, surface: &Surface) -> Vec<u8> {
+    let mut document = Document::default();
+    let glass = Glass { name: "Clear glass", ior: 1.5, thickness, attenuation: None };
+    let material = glass.add_to(&mut document);
+    let positions = document.floats(&flatten(&surface.positions), Shape::Vec3, Some(Target::Vertices), true);
+    let normals = document.floats(&flatten(&surface.normals), Shape::Vec3, Some(Target::Vertices), false);
+    let indices = document.indices(&surface.triangles);
+    let mesh = document.push(
+        "meshes",
+        json!({
+            "name": title,
+            "primitives": [{
+                "attributes": { "POSITION": positions, "NORMAL": normals },
+                "indices": indices,
+                "material": material,
+            }],
+        }),
+    );
+    let node = document.push("nodes", json!({ "name": title, "mesh": mesh }));
+    document.finish(&[node])
+}
+
+fn flatten(vectors: &[DVec3]) -> Vec<f32> {
+    vectors.iter().flat_map(|v| v.as_vec3().to_array()).collect()
+}
