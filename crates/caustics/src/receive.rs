@@ -11,7 +11,6 @@ use crate::Cast;
 #[derive(ShaderType)]
 struct Params {
     render_from_eye: Mat4,
-    caustic: u32,
 }
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
@@ -30,10 +29,7 @@ pub fn receive(
     before: Option<Output>,
 ) -> Result<Output, GpuError> {
     let shader = gpu.shader(&ShaderSpec::new("caustics::receive").feature("chained", before.is_some()))?;
-    let params = Params {
-        render_from_eye: eye.view_from_render(cast.origin).inverse().as_mat4(),
-        caustic: u32::from(caustic_map.is_some()),
-    };
+    let params = Params { render_from_eye: eye.view_from_render(cast.origin).inverse().as_mat4() };
     let mut pass = ComputePass::new("receive", cast.instance)
         .uniform("params", &params)
         .uniform("eye", &eye.uniform(cast.origin))
@@ -41,11 +37,14 @@ pub fn receive(
         .uniform("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
         .input("surfaces", surfaces)
         .input("caster", cast.map.front)
-        // Without caustics the shader never reads it; any buffer fills the place.
-        .input("caustic_map", caustic_map.unwrap_or(cast.map.front))
         .output("received", 16 * texels(eye.size));
     if let Some(before) = before {
         pass = pass.input("received_before", before);
     }
-    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add(plan)?[0])
+    let tiles = Groups::tiles(eye.size);
+    pass = pass.dispatch(&shader, "shadow", tiles);
+    if let Some(caustic_map) = caustic_map {
+        pass = pass.input("caustic_map", caustic_map).dispatch(&shader, "caustic", tiles);
+    }
+    Ok(pass.add(plan)?[0])
 }

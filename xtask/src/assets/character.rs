@@ -103,12 +103,11 @@ pub struct Character {
     pub glass: Glass,
     /// Box that holds the rest pose, metres.
     pub bounds: [DVec3; 2],
+    /// How much farther than the nearest part another part may be and still move a vertex, metres.
+    pub sharing: f64,
     /// How fine its mesh is.
     pub resolution: Resolution,
 }
-
-/// How far from the nearest part's surface another part still moves a vertex, metres.
-const SHARING: f64 = 0.05;
 
 impl Character {
     /// Meshes the body, binds it and writes it out.
@@ -146,7 +145,7 @@ impl Character {
         let nearest = distances.iter().copied().fold(f64::INFINITY, f64::min);
         let mut all = Influences::new();
         for (part, distance) in self.parts.iter().zip(distances) {
-            let share = 1.0 - (distance - nearest) / SHARING;
+            let share = 1.0 - (distance - nearest) / self.sharing;
             if share > 0.0 {
                 all.extend((part.influences)(p).into_iter().map(|(joint, w)| (joint, w * share * share * share)));
             }

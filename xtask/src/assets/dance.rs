@@ -1,7 +1,7 @@
 //! The dancer's choreography: a loop of two mirrored halves. She sinks through the middle, shifts her weight, rises on
 //! one foot, lifts the other leg to the side and leans away from it under the raised arm.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::character::{Clip, WeightKey};
 use super::dancer::{Joints, Side};
@@ -105,7 +105,7 @@ fn arm(skeleton: &Skeleton, pose: &mut Pose, chest: usize, side: &Side, turns: f
         rotation(DVec3::Y, -side.sign * forward) * rotation(DVec3::Z, side.sign * raise) * DVec3::X * side.sign
     };
     let rest = DVec3::X * side.sign;
-    pose.rotations[collar] = rotation(DVec3::Z, side.sign * 0.28 * raise.max(-10.0));
+    pose.rotations[collar] = rotation(DVec3::Z, side.sign * 0.36 * raise.max(-10.0));
     let aim = |direction: DVec3| trunk * turn(rest, DVec3::Z, direction, DVec3::new(-0.4 * side.sign, 0.25, 1.0));
     pose.set_world_rotation(skeleton, upper, aim(direction(raise, forward)));
     let up = smooth_step(10.0, 75.0, fore_raise);
@@ -113,18 +113,19 @@ fn arm(skeleton: &Skeleton, pose: &mut Pose, chest: usize, side: &Side, turns: f
     pose.set_world_rotation(skeleton, hand, aim(direction(hand_raise - 4.0 + 44.0 * up, hand_forward + 20.0)));
 }
 
-/// The panels give way to the legs and swing after the hips.
+/// The side panels lie on the thighs but do not twist with them; all swing after the hips.
 fn skirt(skeleton: &Skeleton, pose: &mut Pose, joints: &Joints, turns: f64) {
     let sway = wave(turns - 0.10 + 0.25);
     let bounce = wave(2.0 * turns - 0.2);
+    let hips = pose.world_rotation(skeleton, joints.hips);
     for side in &joints.sides {
-        let opened = lift(side, turns - 0.015);
-        let degrees = 30.0 * opened + 5.0 * side.sign * sway + 3.0 * bounce;
-        pose.rotations[side.skirt] = rotation(DVec3::Z, side.sign * degrees) * rotation(DVec3::Y, -7.0 * sway);
+        let thigh = hips.inverse() * pose.world_rotation(skeleton, side.leg[0]) * DVec3::NEG_Y;
+        let on_thigh = DQuat::from_rotation_arc(DVec3::NEG_Y, thigh);
+        let swing = rotation(DVec3::Z, 3.0 * sway + 2.0 * side.sign * bounce) * rotation(DVec3::Y, -5.0 * sway);
+        pose.rotations[side.skirt] = on_thigh * swing;
     }
     for (joint, sign) in joints.skirt.into_iter().zip([1.0, -1.0]) {
         let twist = rotation(DVec3::Y, -7.0 * sway) * rotation(DVec3::Z, 5.0 * sway);
-        pose.rotations[joint] = twist * rotation(DVec3::X, -sign * (5.0 + 5.0 * bounce));
+        pose.rotations[joint] = twist * rotation(DVec3::X, -sign * (6.0 + 5.0 * bounce));
     }
-    debug_assert_eq!(pose.rotations.len(), skeleton.joints.len());
 }

@@ -7,7 +7,7 @@ use super::dance;
 use super::implicit::{Loft, section, smooth_intersection, smooth_step};
 use super::material::Glass;
 use super::remesh::Resolution;
-use super::rig::{Chain, Skeleton};
+use super::rig::{Chain, Influences, Skeleton};
 
 /// Joints of one side of the body.
 #[derive(Clone, Copy, Debug)]
@@ -18,7 +18,7 @@ pub struct Side {
     pub arm: [usize; 4],
     /// Thigh, shin, foot, toes.
     pub leg: [usize; 4],
-    /// The panel of the skirt on this side.
+    /// The panel of the skirt on this side, which lies on the thigh.
     pub skirt: usize,
 }
 
@@ -63,6 +63,7 @@ pub fn dancer() -> Character {
             attenuation: Some(([1.0, 0.62, 0.58], 0.35)),
         },
         bounds: [DVec3::new(-0.86, -0.03, -0.38), DVec3::new(0.86, 1.68, 0.38)],
+        sharing: 0.06,
         resolution: Resolution { error: 0.0003, finest: 0.005, coarsest: 0.025 },
     }
 }
@@ -110,7 +111,7 @@ fn skeleton() -> (Skeleton, Joints) {
                 DVec3::new(LEG_X, 0.020, 0.105),
             ],
         );
-        let skirt = bones.add(format!("skirt_{side}"), Some(hips), DVec3::new(0.07 * sign, 0.92, 0.0));
+        let skirt = bones.add(format!("skirt_{side}"), Some(hips), DVec3::new(LEG_X * sign, 0.88, 0.0));
         Side { sign, arm, leg, skirt }
     });
     let skirt = [("front", 0.06), ("back", -0.06)]
@@ -239,7 +240,7 @@ fn arm(chest: usize, side: &Side) -> Part {
     let [collar, upper, fore, hand] = side.arm;
     let chain = Chain {
         first: chest,
-        rest: vec![(collar, 0.0, 0.06), (upper, 0.07, 0.05), (fore, 0.32, 0.065), (hand, 0.55, 0.04)],
+        rest: vec![(collar, -0.01, 0.07), (upper, 0.075, 0.085), (fore, 0.32, 0.075), (hand, 0.55, 0.04)],
     };
     Part::limb(loft, 0.07, chain)
 }
@@ -340,28 +341,39 @@ fn pleats(p: DVec3) -> f64 {
 }
 
 fn skirt(joints: &Joints) -> Part {
-    let Joints { hips, spine, sides, skirt, .. } = joints.clone();
+    let joints = joints.clone();
     Part {
         bounds: [DVec3::new(-0.34, HEM - 0.05, -0.34), DVec3::new(0.34, 1.07, 0.34)],
         field: Box::new(skirt_field),
         blend: 0.05,
-        influences: Box::new(move |p| {
-            let swing = smooth_step(0.95, 0.68, p.y);
-            let flat = DVec3::new(p.x, 0.0, p.z) / (p.x * p.x + p.z * p.z + 0.02).sqrt();
-            let spread = |x: f64| x.max(0.0) * x.max(0.0);
-            let panels = [
-                (sides[0].skirt, spread(flat.x)),
-                (sides[1].skirt, spread(-flat.x)),
-                (skirt[0], spread(flat.z)),
-                (skirt[1], spread(-flat.z)),
-            ];
-            let held: f64 = panels.iter().map(|&(_, w)| w).sum();
-            let rise = smooth_step(0.95, 1.05, p.y) * 0.6;
-            let mut influences = vec![(hips, (1.0 - rise) * (1.0 - swing * held)), (spine, rise * (1.0 - swing * held))];
-            influences.extend(panels.into_iter().map(|(joint, w)| (joint, w * swing)));
-            influences
-        }),
+        influences: Box::new(move |p| skirt_influences(&joints, p)),
     }
+}
+
+/// The waist goes with hips and back, the cloth round a leg lies on it, the rest hangs from the four panels.
+fn skirt_influences(joints: &Joints, p: DVec3) -> Influences {
+    let Joints { hips, spine, sides, skirt, .. } = joints;
+    let square = |x: f64| x.max(0.0) * x.max(0.0);
+    let low = smooth_step(0.86, 0.67, p.y);
+    let legs = sides.map(|side| {
+        let from_axis = (square((p.x - LEG_X * side.sign).abs()) + p.z * p.z).sqrt();
+        (side.skirt, low * smooth_step(0.21, 0.07, from_axis))
+    });
+    let crowd = (legs[0].1 + legs[1].1).max(1.0);
+    let flat = DVec3::new(p.x, 0.0, p.z) / (p.x * p.x + p.z * p.z + 0.02).sqrt();
+    let swing = smooth_step(0.95, 0.68, p.y) * (1.0 - (legs[0].1 + legs[1].1) / crowd);
+    let panels = [
+        (sides[0].skirt, swing * square(flat.x)),
+        (sides[1].skirt, swing * square(-flat.x)),
+        (skirt[0], swing * square(flat.z)),
+        (skirt[1], swing * square(-flat.z)),
+    ];
+    let mut influences: Influences = legs.map(|(joint, weight)| (joint, weight / crowd)).to_vec();
+    influences.extend(panels);
+    let rest = 1.0 - influences.iter().map(|&(_, weight)| weight).sum::<f64>();
+    let rise = 0.6 * smooth_step(0.95, 1.05, p.y);
+    influences.extend([(*hips, rest * (1.0 - rise)), (*spine, rest * rise)]);
+    influences
 }
 
 /// The rib cage widens and lifts.

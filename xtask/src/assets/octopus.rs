@@ -47,6 +47,7 @@ pub fn octopus() -> Character {
             attenuation: Some(([0.35, 0.86, 0.92], 0.8)),
         },
         bounds: [DVec3::new(-1.3, 0.1, -1.3), DVec3::new(1.3, 1.75, 1.3)],
+        sharing: 0.14,
         resolution: Resolution { error: 0.0006, finest: 0.011, coarsest: 0.045 },
     }
 }
@@ -189,7 +190,7 @@ fn bend_arm(skeleton: &Skeleton, pose: &mut Pose, joints: &Joints, arm: usize, t
     // The root joint takes the body's lean back and lays the arm on the floor, or above it while its turn to be lifted
     // comes round.
     let steady = pose.rotations[joints.body].inverse();
-    let clearance = 0.10 * smooth_step(0.1, 1.0, wave(turns - place));
+    let clearance = 0.08 * smooth_step(0.1, 1.0, wave(turns - place));
     let mut pitch = BASES[0];
     for _ in 0..12 {
         pose.rotations[chain[0]] = steady * turn(0, pitch);

@@ -51,6 +51,7 @@ pub fn swan() -> Character {
             attenuation: Some(([1.0, 0.80, 0.46], 0.7)),
         },
         bounds: [DVec3::new(-0.62, -0.06, -1.15), DVec3::new(0.62, 1.75, 1.15)],
+        sharing: 0.12,
         resolution: Resolution { error: 0.00028, finest: 0.007, coarsest: 0.03 },
     }
 }
@@ -238,7 +239,7 @@ fn pose(skeleton: &Skeleton, joints: &Joints, turns: f64) -> Pose {
             let delay = 0.05 * i as f64;
             let lifted = spread(turns - delay);
             let own = 0.015 * wing.sign;
-            let open = rotation(z, -wing.sign * (3.0 + 16.0 * lifted)) * rotation(y, wing.sign * 5.0 * lifted);
+            let open = rotation(z, -wing.sign * (2.0 + 9.0 * lifted)) * rotation(y, wing.sign * 5.0 * lifted);
             let flutter = 2.5 * wave(4.0 * turns - 4.0 * delay + own) * lifted;
             pose.rotations[joint] = open * rotation(x, 2.0 + 5.0 * lifted + flutter);
         }
