@@ -20,7 +20,7 @@ pub(crate) struct MaterialRow {
     metallic_roughness_slot: u32,
     normal_slot: u32,
     emissive_slot: u32,
-    padding: [u32; 2],
+    padding: u32,
 }
 
 /// One use of an image (`render::texels::TextureSlot`).
@@ -64,7 +64,7 @@ impl MaterialTable {
                 metallic_roughness_slot: table.slot(scene, material.metallic_roughness_texture, false),
                 normal_slot: table.slot(scene, material.normal_texture, false),
                 emissive_slot: table.slot(scene, material.emissive_texture, true),
-                padding: [0; 2],
+                padding: 0,
             };
             table.rows.push(row);
         }
