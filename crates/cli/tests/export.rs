@@ -109,7 +109,7 @@ fn explain_gives_reasons_on_stderr() {
         &[&["export", &asset("dancer.glb"), "-o", "#.png", "--frames", "0..2", "--explain"], &SMALL[..]].concat(),
     );
     assert_eq!(stdout, "");
-    let passes: Vec<_> = stderr.lines().filter(|line| line.trim_start().starts_with("deform")).collect();
+    let passes: Vec<_> = stderr.lines().filter(|line| line.trim_start().starts_with("deform:1")).collect();
     assert_eq!(passes.len(), 2, "{stderr}");
     assert!(passes[1].contains("ran") && passes[1].contains("palette"), "{stderr}");
 }

@@ -33,7 +33,7 @@ fn values_that_make_no_sense() {
     let (_guard, folder) = folder();
     let dancer = asset("dancer.glb");
     let export = |extra: &[&str], words: &[&str]| {
-        refuses(&folder, &[&["export", &dancer, "-o", "a.png"], extra].concat(), words);
+        refuses(&folder, &[&["export", &dancer, "-o", "a_#.png"], extra].concat(), words);
     };
     export(&["--method", "magic"], &["magic", "sir", "dir", "newton"]);
     export(&["--caustics", "magic"], &["magic", "off", "splat"]);

@@ -175,8 +175,8 @@ impl Gpu {
         }
         self.add_temporaries(recording, &mut named, encoder, temporary)?;
         let mut pipelines = self.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut pass = encoder
-            .begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&label), timestamp_writes });
+        let mut pass =
+            encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&label), timestamp_writes });
         for dispatch in &recording.dispatches {
             let pipeline = pipelines.get(&self.device, dispatch);
             self.check()?;

@@ -7,6 +7,7 @@
 mod adapter;
 mod error;
 mod executor;
+mod layout;
 mod pass;
 mod pipeline;
 mod shader;
@@ -15,5 +16,6 @@ mod store;
 pub use adapter::{AdapterChoice, AdapterReport, Gpu};
 pub use error::GpuError;
 pub use executor::{Executed, StepTime};
+pub use layout::{LayoutError, StructLayout, uniform_bytes};
 pub use pass::{ComputePass, Groups, Leaf, TextureData, Work};
 pub use shader::{Shader, ShaderSpec};

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use encase::{ShaderType, UniformBuffer, internal::WriteInto};
+use encase::{ShaderType, internal::WriteInto};
 use murano_scheduler::{Output, Pass, Plan, PlanError, Stamp, StampBuilder};
 
-use crate::Shader;
+use crate::{Shader, uniform_bytes};
 
 /// A 2D texture of half floats with its mip chain, sampled linearly; repeats along u, is clamped along v.
 #[derive(Clone, Debug)]
@@ -104,7 +104,9 @@ impl ComputePass {
     /// A uniform, written by value into the key.
     #[must_use]
     pub fn uniform<T: ShaderType + WriteInto>(mut self, name: &'static str, value: &T) -> Self {
-        self.recording.uniforms.push((name, uniform_bytes(value)));
+        let mut bytes = uniform_bytes(value);
+        bytes.resize(bytes.len().next_multiple_of(16), 0);
+        self.recording.uniforms.push((name, bytes));
         self
     }
 
@@ -180,16 +182,6 @@ impl Leaf {
         bytes.resize(padded(bytes.len() as u64) as usize, 0);
         (Stamp::of(&bytes), Self::Buffer(bytes.into()))
     }
-}
-
-/// The bytes a uniform has on the GPU.
-fn uniform_bytes<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
-    let mut buffer = UniformBuffer::new(Vec::new());
-    // Writing into a growing Vec cannot run out of space, the only way this fails.
-    buffer.write(value).expect("a Vec grows");
-    let mut bytes = buffer.into_inner();
-    bytes.resize(bytes.len().next_multiple_of(16), 0);
-    bytes
 }
 
 /// Storage buffers hold whole vec4s and at least one element of any struct, so that empty lists bind too.

@@ -64,11 +64,8 @@ impl Pipelines {
         dispatch: &Dispatch,
         named: &HashMap<&'static str, Resource>,
     ) -> Result<wgpu::BindGroup, GpuError> {
-        let wrong = |message: String| GpuError::Binding {
-            pass: pass.into(),
-            shader: dispatch.shader.name.into(),
-            message,
-        };
+        let wrong =
+            |message: String| GpuError::Binding { pass: pass.into(), shader: dispatch.shader.name.into(), message };
         let globals = dispatch
             .shader
             .entries
@@ -105,11 +102,12 @@ impl Pipelines {
         if global.kind == GlobalKind::Sampler {
             return Ok(wgpu::BindingResource::Sampler(&self.sampler));
         }
-        let resource = named
-            .get(global.name.as_str())
-            .ok_or_else(|| format!("the pass has nothing named `{}`", global.name))?;
+        let resource =
+            named.get(global.name.as_str()).ok_or_else(|| format!("the pass has nothing named `{}`", global.name))?;
         match (resource, global.kind) {
-            (Resource::Buffer(buffer), GlobalKind::Uniform { bytes }) if buffer.size() != bytes.next_multiple_of(16) => {
+            (Resource::Buffer(buffer), GlobalKind::Uniform { bytes })
+                if buffer.size() != bytes.next_multiple_of(16) =>
+            {
                 Err(format!("uniform `{}` has {} bytes, the shader wants {bytes}", global.name, buffer.size()))
             }
             (Resource::Buffer(buffer), GlobalKind::Uniform { .. } | GlobalKind::Storage) => {

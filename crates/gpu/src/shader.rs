@@ -8,7 +8,7 @@ use std::{
 use murano_scheduler::Stamp;
 use wesl::{CompileOptions, Feature, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
-use crate::GpuError;
+use crate::{GpuError, StructLayout};
 
 const SOURCES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
@@ -73,8 +73,8 @@ pub struct Shader {
     pub wgsl: String,
     /// Hash of the WGSL.
     pub stamp: Stamp,
-    /// Byte offsets of the members of every struct a uniform has: `(struct, member, offset)`.
-    pub uniform_members: Vec<(String, String, u32)>,
+    /// Layout of every named struct.
+    pub structs: Vec<StructLayout>,
     /// Globals that each entry point uses.
     pub(crate) entries: HashMap<String, Vec<Global>>,
 }
@@ -95,13 +95,23 @@ impl crate::Gpu {
         if let Some(shader) = linked.get(spec) {
             return Ok(Arc::clone(shader));
         }
-        let shader = Arc::new(link(spec)?);
+        let shader = Arc::new(Shader::link(spec)?);
         linked.insert(spec.clone(), Arc::clone(&shader));
         Ok(shader)
     }
 }
 
-fn link(spec: &ShaderSpec) -> Result<Shader, GpuError> {
+impl Shader {
+    /// Links and reflects a specification; needs no device.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] if it does not link or validate.
+    pub fn link(spec: &ShaderSpec) -> Result<Self, GpuError> {
+        reflect(spec.root, linked_wgsl(spec)?)
+    }
+}
+
+fn linked_wgsl(spec: &ShaderSpec) -> Result<String, GpuError> {
     let failed = |message: String| GpuError::Shader { shader: spec.root.into(), message };
     let path = |module: &str| format!("package::{module}").parse::<ModulePath>().map_err(|e| failed(e.to_string()));
     let mut resolver = VirtualResolver::new();
@@ -124,8 +134,7 @@ fn link(spec: &ShaderSpec) -> Result<Shader, GpuError> {
     compiler.set_options(options);
     // Globals keep their names, because passes bind them by name; naga refuses the duplicates this could let through.
     compiler.set_mangler(ManglerKind::None);
-    let wgsl = compiler.compile(&path(spec.root)?).map_err(|error| failed(error.to_string()))?.to_string();
-    reflect(spec.root, wgsl)
+    Ok(compiler.compile(&path(spec.root)?).map_err(|error| failed(error.to_string()))?.to_string())
 }
 
 fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
@@ -154,13 +163,17 @@ fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
         }
         entries.insert(entry.name.clone(), globals);
     }
-    let mut uniform_members = Vec::new();
-    for (_, ty) in module.types.iter() {
-        if let (naga::TypeInner::Struct { members, .. }, Some(struct_name)) = (&ty.inner, &ty.name) {
-            for member in members {
-                uniform_members.push((struct_name.clone(), member.name.clone().unwrap_or_default(), member.offset));
-            }
-        }
-    }
-    Ok(Shader { name, stamp: Stamp::of(wgsl.as_bytes()), wgsl, uniform_members, entries })
+    Ok(Shader { name, stamp: Stamp::of(wgsl.as_bytes()), structs: struct_layouts(&module), wgsl, entries })
+}
+
+fn struct_layouts(module: &naga::Module) -> Vec<StructLayout> {
+    let layout = |ty: &naga::Type| match (&ty.inner, &ty.name) {
+        (naga::TypeInner::Struct { members, span }, Some(name)) => Some(StructLayout {
+            name: name.clone(),
+            size: *span,
+            members: members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset)).collect(),
+        }),
+        _ => None,
+    };
+    module.types.iter().filter_map(|(_, ty)| layout(ty)).collect()
 }

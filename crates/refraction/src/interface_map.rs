@@ -6,7 +6,7 @@ use murano_animation::DeformedGeometry;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_scheduler::{Output, Plan};
 
-use crate::Viewpoint;
+use crate::{LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads};
 
 /// Which back faces an interface map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,11 +76,6 @@ pub fn rasterise(
         .dispatch(&shader, "large_triangle", shared))
 }
 
-/// Texels of a picture.
-pub fn texels(size: [u32; 2]) -> u64 {
-    u64::from(size[0]) * u64::from(size[1])
-}
-
 /// Adds the pass `name:instance` that maps a geometry from a viewpoint.
 ///
 /// # Errors
@@ -101,16 +96,20 @@ pub fn interface_map(
         .uniform("viewpoint", &viewpoint.uniform(origin))
         .input("normals", geometry.normals)
         .cleared_output("seen", if two { 8 } else { 4 } * count)
-        .output("front", 16 * count);
+        .cleared_output("front", 16 * count);
     let mut pass = rasterise(gpu, pass, geometry, viewpoint.size, layers)?;
-    let tiles = Groups::tiles(viewpoint.size);
+    pass = over_listed_tiles(pass, viewpoint.size);
+    let list = tile_threads(viewpoint.size);
     if two {
-        pass = pass.output("back", 16 * count).dispatch(&resolve, "two_layers", tiles);
+        pass = pass
+            .cleared_output("back", 16 * count)
+            .dispatch(&resolve, "list_two", list)
+            .dispatch(&resolve, "two_layers", LISTED_TILES);
     } else {
-        pass = pass.dispatch(&resolve, "one_layer", tiles);
+        pass = pass.dispatch(&resolve, "list_one", list).dispatch(&resolve, "one_layer", LISTED_TILES);
     }
     if layers == Layers::FarthestBack {
-        pass = pass.cleared_output("depth_range", 8).dispatch(&resolve, "reduce", tiles);
+        pass = pass.cleared_output("depth_range", 8).dispatch(&resolve, "reduce", Groups::tiles(viewpoint.size));
     }
     let outputs = pass.add(plan)?;
     Ok(InterfaceMap {

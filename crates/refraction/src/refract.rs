@@ -3,12 +3,14 @@
 use encase::ShaderType;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use murano_animation::Bounds;
-use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_gpu::{ComputePass, Gpu, GpuError, ShaderSpec, Work};
 use murano_optics::absorption_coefficient;
 use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
-use crate::{InterfaceMap, Layers, Method, Refraction, TirPolicy, Viewpoint, interface_map::texels};
+use crate::{
+    InterfaceMap, LISTED_TILES, Layers, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels, tile_threads,
+};
 
 /// The optical constants of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,13 +55,18 @@ struct Search {
 
 #[derive(ShaderType)]
 struct Params {
-    world_from_view: Mat4,
     absorption: Vec3,
     ior: f32,
     tint: Vec3,
-    reach: f32,
     reflection: f32,
     object: u32,
+}
+
+#[derive(ShaderType)]
+struct OpaqueBox {
+    render_from_view: Mat4,
+    low: Vec3,
+    high: Vec3,
 }
 
 impl Method {
@@ -141,8 +148,8 @@ pub struct RefractRequest<'a> {
     pub glass: &'a Glass,
     /// Settings.
     pub refraction: &'a Refraction,
-    /// How far rays that left the glass are followed through the scene, metres.
-    pub reach: f64,
+    /// Bounds of everything opaque in the world: where rays that left the glass look for it.
+    pub opaque: &'a Bounds,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -165,19 +172,23 @@ pub fn refract(
 ) -> Result<(Layered, Option<Output>), GpuError> {
     let shader = gpu.shader(&traced("refraction::refract", request.refraction.method).feature("aov", request.aov))?;
     let viewpoint = request.viewpoint;
-    let render_from_view = viewpoint.view_from_render(request.origin).inverse();
+    let margin = DVec3::splat(1e-3 * request.opaque.diameter().min(request.bounds.diameter()));
+    let opaque_box = OpaqueBox {
+        render_from_view: viewpoint.view_from_render(request.origin).inverse().as_mat4(),
+        low: (request.opaque.min - margin - request.origin).as_vec3(),
+        high: (request.opaque.max + margin - request.origin).as_vec3(),
+    };
     let params = Params {
-        world_from_view: render_from_view.as_mat4(),
         absorption: request.glass.absorption.into(),
         ior: request.glass.ior as f32,
         tint: request.glass.tint.into(),
-        reach: request.reach as f32,
         reflection: f32::from(u8::from(request.refraction.reflection)),
         object: request.object,
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
         .uniform("params", &params)
+        .uniform("opaque_box", &opaque_box)
         .input("behind", behind.colour)
         .input("cover_behind", behind.cover)
         .input("environment", environment)
@@ -187,6 +198,9 @@ pub fn refract(
     if request.aov {
         pass = pass.cleared_output("paths", 16 * PATH_ROWS as u64 * count);
     }
-    let outputs = pass.dispatch(&shader, "main", Groups::tiles(viewpoint.size)).add(plan)?;
+    let outputs = over_listed_tiles(pass, viewpoint.size)
+        .dispatch(&shader, "list", tile_threads(viewpoint.size))
+        .dispatch(&shader, "main", LISTED_TILES)
+        .add(plan)?;
     Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
 }

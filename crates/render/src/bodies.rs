@@ -23,6 +23,8 @@ pub(crate) struct Body {
 pub(crate) struct Opaque {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
+    /// Whether any material has a texture.
+    pub(crate) textured: bool,
     /// Constant buffers by the names the opaque shader binds.
     pub(crate) buffers: Vec<(&'static str, Stamp, Leaf)>,
 }
@@ -127,5 +129,5 @@ fn opaque_of(scene: &Scene, geometry: Geometry, floor: Option<(usize, &Floor)>) 
         buffer("texture_slots", Leaf::of(&table.slots)),
         buffer("texels", Leaf::of(&table.texels)),
     ];
-    Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers }
+    Opaque { leaves: GeometryLeaves::new(&geometry), geometry, textured: !table.slots.is_empty(), buffers }
 }

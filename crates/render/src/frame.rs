@@ -6,7 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::{Cast, CausticMap, Caustics, Lamp, cone_cosines, deposit, emit, light_map_size, receive};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, InterfaceMap, Layered, Layers, RefractRequest, Viewpoint, interface_map, rasterise, refract, texels,
+    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, RefractRequest, Viewpoint, interface_map, over_listed_tiles,
+    rasterise, refract, texels, tile_threads,
 };
 use murano_scene::{LightKind, PlacedLight, Projection};
 use murano_scheduler::{Output, Plan};
@@ -90,7 +91,7 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let reach = 4.0 * glass_bounds.union(opaque_bounds).diameter();
     let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
 
-    let mut frame = FramePlan { stock, request, origin, eye, reach, environment, accounts: Vec::new() };
+    let mut frame = FramePlan { stock, request, origin, eye, opaque_bounds, reach, environment, accounts: Vec::new() };
     let opaque = stock.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let seen = frame.opaque(&mut plan, &opaque)?;
@@ -154,7 +155,8 @@ struct FramePlan<'a> {
     request: &'a FrameRequest,
     origin: DVec3,
     eye: Viewpoint,
-    /// How far rays are followed, metres.
+    opaque_bounds: Bounds,
+    /// How far photons are followed, metres.
     reach: f64,
     environment: Output,
     accounts: Vec<CausticMap>,
@@ -183,7 +185,7 @@ impl FramePlan<'_> {
 
     /// Opaque things, lit by the environment, before it where there is nothing.
     fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
-        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::opaque"))?;
+        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.opaque.textured))?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -204,7 +206,10 @@ impl FramePlan<'_> {
         for (name, stamp, leaf) in &self.stock.opaque.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
-        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add(plan)?;
+        let outputs = over_listed_tiles(pass.dispatch(&shader, "background", Groups::tiles(self.eye.size)), self.eye.size)
+            .dispatch(&shader, "list", tile_threads(self.eye.size))
+            .dispatch(&shader, "surface", LISTED_TILES)
+            .add(plan)?;
         Ok(OpaquePicture {
             surfaces: outputs[0],
             albedo: outputs[1],
@@ -376,7 +381,7 @@ impl FramePlan<'_> {
             bounds: &body.bounds,
             glass: &body.glass,
             refraction,
-            reach: self.reach,
+            opaque: &self.opaque_bounds,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;

@@ -75,6 +75,12 @@ impl Renderer {
         &self.gpu
     }
 
+    /// Gives the device back with everything computed on it: another world on it finds what it has in common with this
+    /// one still there.
+    pub fn into_gpu(self) -> Gpu {
+        self.gpu
+    }
+
     fn pose(&self, clip: Option<usize>, time: f64) -> Pose {
         let duration = clip.and_then(|clip| self.world.scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
         Pose::sample(&self.world.scene, clip, clip_time(LoopMode::Loop, time, duration))

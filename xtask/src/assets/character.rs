@@ -155,8 +155,7 @@ impl Character {
 
     fn primitive(&self, document: &mut Document, surface: &Surface) -> serde_json::Value {
         let vertices = Some(Target::Vertices);
-        let (joints, weights): (Vec<_>, Vec<_>) =
-            surface.positions.iter().map(|&p| pack(&self.influences(p))).unzip();
+        let (joints, weights): (Vec<_>, Vec<_>) = surface.positions.iter().map(|&p| pack(&self.influences(p))).unzip();
         let mut primitive = json!({
             "attributes": {
                 "POSITION": document.floats(&flatten(&surface.positions), Shape::Vec3, vertices, true),
@@ -198,10 +197,7 @@ impl Character {
         }
         let inverse_bind = document.floats(&matrices, Shape::Mat4, None, false);
         let joints: Vec<usize> = (root..root + self.skeleton.joints.len()).collect();
-        document.push(
-            "skins",
-            json!({ "skeleton": root, "joints": joints, "inverseBindMatrices": inverse_bind }),
-        )
+        document.push("skins", json!({ "skeleton": root, "joints": joints, "inverseBindMatrices": inverse_bind }))
     }
 
     fn animation(&self, document: &mut Document, root: usize, body: usize) {
@@ -221,11 +217,7 @@ impl Character {
         for joint in 0..self.skeleton.joints.len() {
             let rotations = continuous(poses.iter().map(|pose| pose.rotations[joint]));
             let output = document.floats(&rotations, Shape::Vec4, None, false);
-            channel(
-                root + joint,
-                "rotation",
-                json!({ "input": input, "output": output, "interpolation": "LINEAR" }),
-            );
+            channel(root + joint, "rotation", json!({ "input": input, "output": output, "interpolation": "LINEAR" }));
         }
         if !weights.is_empty() {
             let times: Vec<f32> = weights.iter().map(|key| key.time as f32).collect();

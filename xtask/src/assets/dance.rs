@@ -54,7 +54,8 @@ fn pose(skeleton: &Skeleton, joints: &Joints, turns: f64) -> Pose {
         let behind = 0.06 + 0.045 * i as f64;
         let sway = wave(turns - behind + 0.25);
         // Swings against the movement, and hangs down as the back arches.
-        pose.rotations[joint] = about(z, 15.0 * sway + 5.0 * shift) * about(x, 4.0 - 9.0 * wave(2.0 * (turns - behind)));
+        pose.rotations[joint] =
+            about(z, 15.0 * sway + 5.0 * shift) * about(x, 4.0 - 9.0 * wave(2.0 * (turns - behind)));
     }
     for side in &joints.sides {
         leg(skeleton, &mut pose, side, turns);

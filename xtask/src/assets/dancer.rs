@@ -56,12 +56,7 @@ pub fn dancer() -> Character {
             Morph { name: "flare", displace: Box::new(flare) },
         ],
         clip,
-        glass: Glass {
-            name: "Rose glass",
-            ior: 1.5,
-            thickness: 0.15,
-            attenuation: Some(([1.0, 0.62, 0.58], 0.35)),
-        },
+        glass: Glass { name: "Rose glass", ior: 1.5, thickness: 0.15, attenuation: Some(([1.0, 0.62, 0.58], 0.35)) },
         bounds: [DVec3::new(-0.86, -0.03, -0.38), DVec3::new(0.86, 1.68, 0.38)],
         sharing: 0.06,
         resolution: Resolution { error: 0.0003, finest: 0.005, coarsest: 0.025 },
@@ -189,7 +184,11 @@ fn leg(hips: usize, side: &Side) -> Part {
         caps: [0.06, 0.03],
     };
     let [thigh, shin, foot, _] = side.leg;
-    Part::limb(loft, 0.05, Chain { first: hips, rest: vec![(thigh, 0.14, 0.10), (shin, 0.425, 0.06), (foot, 0.825, 0.04)] })
+    Part::limb(
+        loft,
+        0.05,
+        Chain { first: hips, rest: vec![(thigh, 0.14, 0.10), (shin, 0.425, 0.06), (foot, 0.825, 0.04)] },
+    )
 }
 
 fn foot(side: &Side) -> Part {
@@ -271,8 +270,7 @@ fn neck(joints: &Joints) -> Part {
         ],
         caps: [0.03, 0.03],
     };
-    let chain =
-        Chain { first: joints.chest, rest: vec![(joints.neck, 0.055, 0.04), (joints.head, 0.145, 0.035)] };
+    let chain = Chain { first: joints.chest, rest: vec![(joints.neck, 0.055, 0.04), (joints.head, 0.145, 0.035)] };
     Part::limb(loft, 0.05, chain)
 }
 
@@ -302,10 +300,8 @@ fn hair(joints: &Joints) -> Part {
         caps: [0.02, 0.015],
     };
     let [first, second, third] = joints.hair;
-    let chain = Chain {
-        first: joints.head,
-        rest: vec![(first, 0.015, 0.03), (second, 0.11, 0.07), (third, 0.22, 0.07)],
-    };
+    let chain =
+        Chain { first: joints.head, rest: vec![(first, 0.015, 0.03), (second, 0.11, 0.07), (third, 0.22, 0.07)] };
     Part::limb(loft, 0.02, chain)
 }
 

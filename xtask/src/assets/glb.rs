@@ -91,16 +91,12 @@ impl Document {
     /// Accessor of three floats a vertex that stores only the vertices whose value is not zero.
     pub fn sparse_vec3(&mut self, values: &[[f32; 3]]) -> usize {
         let flat: Vec<f32> = values.iter().flatten().copied().collect();
-        let touched: Vec<u16> =
-            (0..values.len()).filter(|&i| values[i] != [0.0; 3]).map(|i| i as u16).collect();
+        let touched: Vec<u16> = (0..values.len()).filter(|&i| values[i] != [0.0; 3]).map(|i| i as u16).collect();
         let mut accessor = json!({ "componentType": FLOAT, "count": values.len(), "type": "VEC3" });
         set_bounds(&mut accessor, &flat, 3);
         if !touched.is_empty() {
             let indices = self.view(touched.iter().flat_map(|i| i.to_le_bytes()), None);
-            let data = self.view(
-                touched.iter().flat_map(|&i| values[i as usize]).flat_map(f32::to_le_bytes),
-                None,
-            );
+            let data = self.view(touched.iter().flat_map(|&i| values[i as usize]).flat_map(f32::to_le_bytes), None);
             accessor["sparse"] = json!({
                 "count": touched.len(),
                 "indices": { "bufferView": indices, "componentType": UNSIGNED_SHORT },

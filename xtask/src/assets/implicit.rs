@@ -51,8 +51,8 @@ pub fn max_curvature(field: &dyn Fn(DVec3) -> f64, p: DVec3, reach: f64) -> f64 
     };
     let (du, dv) = (change(u), change(v));
     // Eigenvalues of the symmetric part of the shape operator.
-    let (a, b, c) = (du.dot(u), (du.dot(v) + dv.dot(u)) / 2.0, dv.dot(v));
-    let (mean, spread) = ((a + c) / 2.0, ((a - c) * (a - c) / 4.0 + b * b).sqrt());
+    let (a, b, c) = (du.dot(u), f64::midpoint(du.dot(v), dv.dot(u)), dv.dot(v));
+    let (mean, spread) = (f64::midpoint(a, c), ((a - c) * (a - c) / 4.0 + b * b).sqrt());
     mean.abs() + spread
 }
 

@@ -40,12 +40,7 @@ pub fn octopus() -> Character {
         skeleton,
         morphs: vec![Morph { name: "breath", displace: Box::new(breath) }],
         clip: Clip { name: "ripple", duration: DURATION, poses, weights: weights() },
-        glass: Glass {
-            name: "Lagoon glass",
-            ior: 1.5,
-            thickness: 0.4,
-            attenuation: Some(([0.35, 0.86, 0.92], 0.8)),
-        },
+        glass: Glass { name: "Lagoon glass", ior: 1.5, thickness: 0.4, attenuation: Some(([0.35, 0.86, 0.92], 0.8)) },
         bounds: [DVec3::new(-1.3, 0.1, -1.3), DVec3::new(1.3, 1.75, 1.3)],
         sharing: 0.14,
         resolution: Resolution { error: 0.0006, finest: 0.011, coarsest: 0.045 },

@@ -80,8 +80,7 @@ pub fn lens() -> Surface {
     const RINGS: u32 = 36;
     const SECTORS: u32 = 144;
     let centre_to_rim = (RADIUS * RADIUS - APERTURE * APERTURE).sqrt();
-    let circle: Vec<(f64, f64)> =
-        (0..SECTORS).map(|i| sin_cos(TAU * f64::from(i) / f64::from(SECTORS))).collect();
+    let circle: Vec<(f64, f64)> = (0..SECTORS).map(|i| sin_cos(TAU * f64::from(i) / f64::from(SECTORS))).collect();
     let mut surface = Surface::default();
     for side in [1.0, -1.0] {
         let cap = |sine: f64, cosine: f64, r: f64| {
@@ -215,12 +214,7 @@ fn icosahedron() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let faces = (0..5).flat_map(|i| {
         let (upper, next_upper) = (1 + i, 1 + (i + 1) % 5);
         let (lower, next_lower) = (6 + i, 6 + (i + 1) % 5);
-        [
-            [0, upper, next_upper],
-            [upper, lower, next_upper],
-            [next_upper, lower, next_lower],
-            [11, next_lower, lower],
-        ]
+        [[0, upper, next_upper], [upper, lower, next_upper], [next_upper, lower, next_lower], [11, next_lower, lower]]
     });
     (corners, faces.collect())
 }

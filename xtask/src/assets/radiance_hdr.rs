@@ -5,8 +5,9 @@ use glam::Vec3;
 /// Encodes rows of `width` linear RGB pixels, top row first. `width` is 8 to 32 767.
 pub fn encode(width: usize, pixels: &[Vec3]) -> Vec<u8> {
     let height = pixels.len() / width;
-    let mut file = format!("#?RADIANCE\nSOFTWARE=cargo xtask assets\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n")
-        .into_bytes();
+    let mut file =
+        format!("#?RADIANCE\nSOFTWARE=cargo xtask assets\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n")
+            .into_bytes();
     for row in pixels.chunks(width) {
         file.extend([2, 2, (width >> 8) as u8, width as u8]);
         let texels: Vec<[u8; 4]> = row.iter().map(|&pixel| rgbe(pixel)).collect();

@@ -186,7 +186,8 @@ impl<'a> Mesh<'a> {
         if ring_a.iter().chain(&ring_b).any(|&v| self.position(v).distance(middle) > limit) {
             return;
         }
-        let moved = |v: u32| if v == a || v == b { (middle, normal) } else { (self.position(v), self.normals[v as usize]) };
+        let moved =
+            |v: u32| if v == a || v == b { (middle, normal) } else { (self.position(v), self.normals[v as usize]) };
         let kept = self.stars[a as usize].iter().chain(&self.stars[b as usize]).filter(|&&t| t != left && t != right);
         if !kept.copied().all(|t| is_upright(self.triangles[t as usize].map(moved))) {
             return;

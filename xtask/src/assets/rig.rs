@@ -58,8 +58,7 @@ impl Pose {
     /// World position of `joint`, metres.
     pub fn world_position(&self, skeleton: &Skeleton, joint: usize) -> DVec3 {
         skeleton.joints[joint].parent.map_or(self.root, |parent| {
-            self.world_position(skeleton, parent)
-                + self.world_rotation(skeleton, parent) * skeleton.offset(joint)
+            self.world_position(skeleton, parent) + self.world_rotation(skeleton, parent) * skeleton.offset(joint)
         })
     }
 

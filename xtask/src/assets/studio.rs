@@ -165,7 +165,7 @@ impl Softbox {
         let Some([s, t]) = self.place(direction) else { return 0.0 };
         let hot = 1.0 - 0.25 * (s * s + t * t).min(2.0);
         let bar = |x: f64, cells: f64| {
-            let cell = (x + 1.0) / 2.0 * cells;
+            let cell = f64::midpoint(x, 1.0) * cells;
             // The outermost bars are the rim itself.
             let inner = cell > 0.5 && cell < cells - 0.5;
             let near = (cell - cell.round()).abs();

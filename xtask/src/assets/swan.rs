@@ -44,15 +44,10 @@ pub fn swan() -> Character {
         skeleton,
         morphs: vec![Morph { name: "ruffle", displace: Box::new(ruffle) }],
         clip: Clip { name: "glide", duration: DURATION, poses, weights: weights() },
-        glass: Glass {
-            name: "Honey glass",
-            ior: 1.5,
-            thickness: 0.4,
-            attenuation: Some(([1.0, 0.80, 0.46], 0.7)),
-        },
+        glass: Glass { name: "Honey glass", ior: 1.5, thickness: 0.4, attenuation: Some(([1.0, 0.80, 0.46], 0.7)) },
         bounds: [DVec3::new(-0.62, -0.06, -1.15), DVec3::new(0.62, 1.75, 1.15)],
         sharing: 0.12,
-        resolution: Resolution { error: 0.00028, finest: 0.007, coarsest: 0.03 },
+        resolution: Resolution { error: 0.00028, finest: 0.0055, coarsest: 0.03 },
     }
 }
 
@@ -215,7 +210,7 @@ fn ruffle(p: DVec3) -> DVec3 {
     let along = smooth_step(0.30, 0.05, p.z) * smooth_step(-0.55, -0.20, p.z);
     let high = smooth_step(0.38, 0.55, p.y) * smooth_step(0.95, 0.75, p.y);
     let rows = 0.5 + 0.5 * wave(p.z / 0.20 + 0.1);
-    DVec3::new(0.12 * p.x, 0.030, -0.015) * (along * high * (0.4 + 0.6 * rows))
+    DVec3::new(0.06 * p.x, 0.012, -0.006) * (along * high * (0.4 + 0.6 * rows))
 }
 
 fn weights() -> Vec<WeightKey> {

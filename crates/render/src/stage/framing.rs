@@ -17,13 +17,14 @@ const LIGHT_ELEVATION: f64 = 52.0 * PI / 180.0;
 /// Distance of the light from the body's middle in radii of the body.
 const LIGHT_DISTANCE: f64 = 5.0;
 /// Share of a cone's half-angle over which the light fades out.
-const FALLOFF: f32 = 0.2;
+const FALLOFF: f32 = 0.35;
 /// Share by which a cone is wider than what it has to hold, so that this lies before the falloff.
-const CONE_MARGIN: f64 = 1.25;
+const CONE_MARGIN: f64 = 1.6;
 /// Widest half-angle of a cone chosen here, radians.
 const WIDEST_CONE: f64 = 75.0 * PI / 180.0;
-/// Irradiance that the light gives the floor, lux: a white diffuse floor then has radiance 1.
-const FLOOR_IRRADIANCE: f64 = PI;
+/// Irradiance that the light gives the floor, lux: a white diffuse floor then has radiance 0.6, which leaves room for the
+/// caustics above it.
+const FLOOR_IRRADIANCE: f64 = 0.6 * PI;
 
 /// A unit direction by azimuth around +Y from +Z towards +X and elevation above the horizon, radians.
 fn direction(azimuth: f64, elevation: f64) -> DVec3 {
