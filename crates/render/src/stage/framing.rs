@@ -22,9 +22,9 @@ const FALLOFF: f32 = 0.35;
 const CONE_MARGIN: f64 = 1.6;
 /// Widest half-angle of a cone chosen here, radians.
 const WIDEST_CONE: f64 = 75.0 * PI / 180.0;
-/// Irradiance that the light gives the floor, lux: a white diffuse floor then has radiance 0.6, which leaves room for the
-/// caustics above it.
-const FLOOR_IRRADIANCE: f64 = 0.6 * PI;
+/// Irradiance that the light gives the floor, lux: a white diffuse floor would have radiance 1, and the shot's darker one
+/// leaves room for the caustics above it.
+const FLOOR_IRRADIANCE: f64 = PI;
 
 /// A unit direction by azimuth around +Y from +Z towards +X and elevation above the horizon, radians.
 fn direction(azimuth: f64, elevation: f64) -> DVec3 {

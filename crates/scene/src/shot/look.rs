@@ -68,7 +68,7 @@ pub struct ShotFloor {
 
 impl Default for ShotFloor {
     fn default() -> Self {
-        Self { level: FloorLevel::Auto, albedo: [0.6; 3] }
+        Self { level: FloorLevel::Auto, albedo: [0.36; 3] }
     }
 }
 
