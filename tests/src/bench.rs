@@ -7,7 +7,7 @@ use glam::DVec3;
 use murano_gpu::{AdapterChoice, Gpu};
 use murano_optics::Ior;
 use murano_refraction::{Method, Refraction};
-use murano_render::{Aov, FrameRequest, Renderer, Skipping, Stage, ToneMap, View, World};
+use murano_render::{Aov, Extent, FrameRequest, Renderer, Skipping, Stage, ToneMap, View, World};
 use murano_scene::{EnvironmentChoice, FloorLevel, GlassBodies, Projection, Shot};
 
 /// A file of `assets/`.
@@ -53,6 +53,14 @@ pub fn glass_body(model: &Path, ior: Ior) -> World {
 /// If the world has too many vertices.
 pub fn renderer(gpu: Gpu, world: World) -> Renderer {
     Renderer::new(gpu, world).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Diameter of the ball around a world's rest pose, metres.
+///
+/// # Panics
+/// If the world has too many vertices.
+pub fn diameter(world: &World) -> f64 {
+    Extent::measure(&world.scene, None, None).unwrap_or_else(|error| panic!("{error}")).diameter()
 }
 
 /// A picture of the rest pose without lamps, with its output variables.

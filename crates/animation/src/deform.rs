@@ -92,3 +92,20 @@ impl GeometryLeaves {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, ShaderSpec, check_storage_layout, check_uniform_layout};
+
+    use super::*;
+    use crate::{Influence, MorphDelta, RestVertex};
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let deform = Shader::link(&ShaderSpec::new("animation::deform")).unwrap();
+        check_uniform_layout!(deform, "Params", Params { vertex_count: 1 }).unwrap();
+        check_storage_layout!(deform, "RestVertex", RestVertex { position, instance, normal, corner }).unwrap();
+        check_storage_layout!(deform, "Influence", Influence { entry, weight }).unwrap();
+        check_storage_layout!(deform, "MorphDelta", MorphDelta { position, weight, normal, padding }).unwrap();
+    }
+}

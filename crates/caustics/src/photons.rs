@@ -158,3 +158,42 @@ pub fn deposit(
         .add(plan)?;
     Ok(CausticMap { flux: outputs[0], account: outputs[1], watts_per_unit: 1.0 / units })
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, check_uniform_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let emit = Shader::link(&traced("caustics::emit", murano_refraction::Method::Newton)).unwrap();
+        check_uniform_layout!(
+            emit,
+            "Params",
+            EmitParams {
+                render_from_view: Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0)),
+                ior: 1.0,
+                photons: 2,
+            }
+        )
+        .unwrap();
+        let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
+        assert_eq!(u64::from(photon.size), PHOTON_BYTES);
+        let deposit = Shader::link(&ShaderSpec::new("caustics::deposit")).unwrap();
+        check_uniform_layout!(
+            deposit,
+            "Params",
+            DepositParams {
+                absorption: Vec3::new(1.0, 2.0, 3.0),
+                photon_count: 4,
+                tint: Vec3::new(5.0, 6.0, 7.0),
+                units: 8.0,
+                reach: 9.0,
+            }
+        )
+        .unwrap();
+        let filter = Shader::link(&ShaderSpec::new("caustics::filter")).unwrap();
+        check_uniform_layout!(filter, "Kernel", Kernel { size: UVec2::new(1, 2), watts: 3.0, sigma: 4.0 }).unwrap();
+    }
+}

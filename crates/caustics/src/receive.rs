@@ -48,3 +48,17 @@ pub fn receive(
     }
     Ok(pass.add(plan)?[0])
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, check_uniform_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let shader = Shader::link(&ShaderSpec::new("caustics::receive")).unwrap();
+        let render_from_eye = Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0));
+        check_uniform_layout!(shader, "Params", Params { render_from_eye: render_from_eye }).unwrap();
+    }
+}

@@ -119,3 +119,16 @@ pub fn interface_map(
         depth_range: outputs.get(3).copied(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, check_uniform_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let shader = Shader::link(&ShaderSpec::new("refraction::visibility")).unwrap();
+        check_uniform_layout!(shader, "Raster", Raster { triangle_count: 1, layers: 2, farthest_back: 3 }).unwrap();
+    }
+}

@@ -204,3 +204,45 @@ pub fn refract(
         .add(plan)?;
     Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, check_uniform_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        for method in [Method::Sir, Method::Dir, Method::Newton] {
+            let shader = Shader::link(&traced("refraction::refract", method)).unwrap();
+            check_uniform_layout!(
+                shader,
+                "Search",
+                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6 }
+            )
+            .unwrap();
+            check_uniform_layout!(
+                shader,
+                "Params",
+                Params {
+                    absorption: Vec3::new(1.0, 2.0, 3.0),
+                    ior: 4.0,
+                    tint: Vec3::new(5.0, 6.0, 7.0),
+                    reflection: 8.0,
+                    object: 9,
+                }
+            )
+            .unwrap();
+            check_uniform_layout!(
+                shader,
+                "OpaqueBox",
+                OpaqueBox {
+                    render_from_view: Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0)),
+                    low: Vec3::new(1.0, 2.0, 3.0),
+                    high: Vec3::new(4.0, 5.0, 6.0),
+                }
+            )
+            .unwrap();
+        }
+    }
+}

@@ -107,3 +107,28 @@ fn corners(bounds: &Bounds) -> impl Iterator<Item = DVec3> {
         )
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, ShaderSpec, check_uniform_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let shader = Shader::link(&ShaderSpec::new("refraction::interface_map")).unwrap();
+        check_uniform_layout!(
+            shader,
+            "Viewpoint",
+            ViewpointUniform {
+                view_from_render: Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0)),
+                half_extent: Vec2::new(1.0, 2.0),
+                center: Vec2::new(3.0, 4.0),
+                size: UVec2::new(5, 6),
+                perspective: 7.0,
+                near: 8.0,
+            }
+        )
+        .unwrap();
+    }
+}

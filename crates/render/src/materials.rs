@@ -143,3 +143,39 @@ fn halve(level: &[[u8; 4]], width: usize, height: usize, to_width: usize, to_hei
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use murano_gpu::{Shader, ShaderSpec, check_storage_layout};
+
+    use super::*;
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let opaque = Shader::link(&ShaderSpec::new("render::opaque")).unwrap();
+        check_storage_layout!(
+            opaque,
+            "MaterialRow",
+            MaterialRow {
+                base_color,
+                emissive,
+                metallic,
+                roughness,
+                normal_scale,
+                fade_radius,
+                base_color_slot,
+                metallic_roughness_slot,
+                normal_slot,
+                emissive_slot,
+                padding,
+            }
+        )
+        .unwrap();
+        check_storage_layout!(
+            opaque,
+            "TextureSlot",
+            TextureSlot { row_u, offset, row_v, width, height, levels, wrap, flags }
+        )
+        .unwrap();
+    }
+}
