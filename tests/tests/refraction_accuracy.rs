@@ -96,11 +96,12 @@ fn a_sphere_refracts_as_its_closed_form() {
         let sphere = Sphere { radius: 1.0, ior: ior(n) };
         let truth = |origin, direction| sphere.passage(origin, direction);
         // Newton is exact up to the mesh and the maps' texels; five bisections leave 1/32 of the depth range.
-        for (method, mean) in [(Method::Sir, 0.05), (Method::Dir, 1.0), (Method::Newton, 0.05)] {
+        // A ball reflects nothing totally, but the place where `dir` stops short may.
+        for (method, mean, wrong) in [(Method::Sir, 0.05, 0.0), (Method::Dir, 1.0, 0.03), (Method::Newton, 0.05, 0.0)] {
             let errors = measure(&mut renderer, &views(), method, &truth);
             report("sphere", n, method, &errors);
             assert!(errors.exit.mean <= mean, "n={n} {method}: {} > {mean}", errors.exit);
-            assert_eq!(errors.wrong_status, 0.0, "n={n} {method}: a ball reflects nothing totally");
+            assert!(errors.wrong_status <= wrong, "n={n} {method}: {} > {wrong}", errors.wrong_status);
         }
         gpu = renderer.into_gpu();
     }
@@ -143,10 +144,11 @@ fn a_slab_lets_light_leave_as_it_came() {
     let face_on = View::look_at(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.6);
     let tilted = View::look_at(DVec3::new(1.2, 2.6, 1.8), DVec3::ZERO, 0.7);
     for (name, view) in [("slab face-on", face_on), ("slab tilted", tilted)] {
-        for (method, mean, wrong) in [(Method::Sir, 0.01, 0.0), (Method::Dir, 0.01, 0.0), (Method::Newton, 0.01, 0.0)] {
+        // Planes are exact in the map. Near the plate's upper edge Newton steps beside the silhouette and may lose its way.
+        for (method, wrong) in [(Method::Sir, 0.0), (Method::Dir, 0.0), (Method::Newton, 0.004)] {
             let errors = measure(&mut renderer, &[view], method, &truth);
             report(name, 1.5, method, &errors);
-            assert!(errors.exit.mean <= mean, "{name} {method}: {} > {mean}", errors.exit);
+            assert!(errors.exit.max <= 1e-3, "{name} {method}: {}", errors.exit);
             assert!(errors.wrong_status <= wrong, "{name} {method}: {} > {wrong}", errors.wrong_status);
         }
     }
@@ -207,9 +209,9 @@ fn a_prism_deviates_as_its_closed_form() {
             let errors = measure(&mut renderer, &[view], method, &truth);
             report(&format!("prism at {incidence:.1} degrees"), 1.5, method, &errors);
             if prism.deviation(incidence.to_radians()).is_some() {
-                assert!(errors.exit.count > 0 && errors.exit.mean <= 0.01, "{method}: {}", errors.exit);
+                assert!(errors.exit.count > 0 && errors.exit.max <= 1e-3, "{method}: {}", errors.exit);
             }
-            assert!(errors.wrong_status <= 0.0, "{incidence} {method}: {}", errors.wrong_status);
+            assert_eq!(errors.wrong_status, 0.0, "{incidence} {method}");
         }
     }
 }
@@ -320,36 +322,36 @@ fn against(renderer: &mut Renderer, reference: &Reference, method: Method) -> Er
 
 #[test]
 fn the_sphere_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 1.0, newton: 1.0 }, Allowed { n: 1.5, dir: 1.0, newton: 1.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 0.28, newton: 0.0011 }, Allowed { n: 1.5, dir: 0.68, newton: 0.0015 }];
     compare_with_the_ray_tracer("sphere20k", "reference/meshes", allowed);
 }
 
 #[test]
 fn the_torus_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 9.0, newton: 9.0 }, Allowed { n: 1.5, dir: 9.0, newton: 9.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 0.34, newton: 0.0038 }, Allowed { n: 1.5, dir: 0.92, newton: 0.0073 }];
     compare_with_the_ray_tracer("torus20k", "reference/meshes", allowed);
 }
 
 #[test]
 fn the_bumpy_body_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 9.0, newton: 9.0 }, Allowed { n: 1.5, dir: 9.0, newton: 9.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 0.41, newton: 0.019 }, Allowed { n: 1.5, dir: 1.1, newton: 0.023 }];
     compare_with_the_ray_tracer("bumpy20k", "reference/meshes", allowed);
 }
 
 #[test]
 fn the_bunny_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 9.0, newton: 9.0 }, Allowed { n: 1.5, dir: 9.0, newton: 9.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 2.0, newton: 0.41 }, Allowed { n: 1.5, dir: 3.3, newton: 0.74 }];
     compare_with_the_ray_tracer("bunny_69k", "data/paper", allowed);
 }
 
 #[test]
 fn the_dragon_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 9.0, newton: 9.0 }, Allowed { n: 1.5, dir: 9.0, newton: 9.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 2.2, newton: 1.1 }, Allowed { n: 1.5, dir: 4.2, newton: 1.9 }];
     compare_with_the_ray_tracer("dragon_100k", "data/paper", allowed);
 }
 
 #[test]
 fn the_armadillo_agrees_with_the_ray_tracer() {
-    let allowed = [Allowed { n: 1.2, dir: 9.0, newton: 9.0 }, Allowed { n: 1.5, dir: 9.0, newton: 9.0 }];
+    let allowed = [Allowed { n: 1.2, dir: 2.2, newton: 1.1 }, Allowed { n: 1.5, dir: 4.7, newton: 2.2 }];
     compare_with_the_ray_tracer("armadillo_346k", "data/paper", allowed);
 }

@@ -68,7 +68,7 @@ impl GeometryLeaves {
     ) -> Result<DeformedGeometry, GpuError> {
         let shader = gpu.shader(&ShaderSpec::new("animation::deform"))?;
         let mut pass = ComputePass::new("deform", instance)
-            .uniform("params", &Params { vertex_count: self.vertex_count as u32 });
+            .value("params", &Params { vertex_count: self.vertex_count as u32 });
         let (stamp, leaf) = Leaf::of(&geometry.palette(pose, origin));
         pass = pass.input("palette", plan.leaf("palette", stamp, Work::Leaf(leaf)));
         let (stamp, leaf) = Leaf::of(&geometry.morph_weights(pose));

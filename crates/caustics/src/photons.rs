@@ -100,8 +100,8 @@ pub fn emit(
         photons: caustics.photons,
     };
     let pass = ComputePass::new("emit", cast.instance)
-        .uniform("params", &params)
-        .uniform("lamp", &cast.lamp.emission(cast.viewpoint))
+        .value("params", &params)
+        .value("lamp", &cast.lamp.emission(cast.viewpoint))
         .output("photons", PHOTON_BYTES * texels([caustics.photons; 2]));
     let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
@@ -140,12 +140,12 @@ pub fn deposit(
     let count = texels(viewpoint.size);
     let tiles = Groups::tiles(viewpoint.size);
     let outputs = ComputePass::new("deposit", cast.instance)
-        .uniform("params", &params)
-        .uniform(
+        .value("params", &params)
+        .value(
             "kernel",
             &Kernel { size: UVec2::from_array(viewpoint.size), watts: (1.0 / units) as f32, sigma },
         )
-        .uniform("receiver_viewpoint", &viewpoint.uniform(cast.origin))
+        .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
         .input("photons", photons)
         .input("receivers", receivers)
         .scratch("flux", 12 * count)

@@ -28,37 +28,24 @@ pub fn receive(
     caustic_map: Option<Output>,
     before: Option<Output>,
 ) -> Result<Output, GpuError> {
-    let shader = gpu.shader(&ShaderSpec::new("caustics::receive").feature("chained", before.is_some()))?;
+    let spec = ShaderSpec::new("caustics::receive")
+        .feature("chained", before.is_some())
+        .feature("caustic", caustic_map.is_some());
+    let shader = gpu.shader(&spec)?;
     let params = Params { render_from_eye: eye.view_from_render(cast.origin).inverse().as_mat4() };
     let mut pass = ComputePass::new("receive", cast.instance)
-        .uniform("params", &params)
-        .uniform("eye", &eye.uniform(cast.origin))
-        .uniform("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
-        .uniform("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
+        .value("params", &params)
+        .value("eye", &eye.uniform(cast.origin))
+        .value("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
+        .value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
         .input("surfaces", surfaces)
         .input("caster", cast.map.front)
         .output("received", 16 * texels(eye.size));
     if let Some(before) = before {
         pass = pass.input("received_before", before);
     }
-    let tiles = Groups::tiles(eye.size);
-    pass = pass.dispatch(&shader, "shadow", tiles);
     if let Some(caustic_map) = caustic_map {
-        pass = pass.input("caustic_map", caustic_map).dispatch(&shader, "caustic", tiles);
+        pass = pass.input("caustic_map", caustic_map);
     }
-    Ok(pass.add(plan)?[0])
-}
-
-#[cfg(test)]
-mod tests {
-    use murano_gpu::{Shader, check_uniform_layout};
-
-    use super::*;
-
-    #[test]
-    fn shader_and_rust_agree_on_layouts() {
-        let shader = Shader::link(&ShaderSpec::new("caustics::receive")).unwrap();
-        let render_from_eye = Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0));
-        check_uniform_layout!(shader, "Params", Params { render_from_eye: render_from_eye }).unwrap();
-    }
+    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add(plan)?[0])
 }

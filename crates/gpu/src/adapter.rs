@@ -45,7 +45,7 @@ pub struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
-const STORAGE_BUFFERS: u32 = 16;
+const STORAGE_BUFFERS: u32 = 24;
 
 fn instance() -> wgpu::Instance {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();

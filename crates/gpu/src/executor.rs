@@ -212,13 +212,13 @@ impl Gpu {
             named.insert(target.name, Resource::Buffer(buffer.clone()));
             temporary.push(Resource::Buffer(buffer));
         }
-        for (name, bytes) in &recording.uniforms {
+        for (name, bytes) in &recording.values {
             let buffer = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                 label: Some(name),
                 contents: bytes,
-                usage: wgpu::BufferUsages::UNIFORM,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
             });
-            named.insert(name, Resource::Buffer(buffer));
+            named.insert(name, Resource::Value(buffer));
         }
         Ok(())
     }

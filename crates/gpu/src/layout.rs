@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use encase::{ShaderType, UniformBuffer, internal::WriteInto};
+use encase::{ShaderType, StorageBuffer, internal::WriteInto};
 
 use crate::Shader;
 
@@ -32,9 +32,9 @@ pub struct LayoutError {
     pub problem: String,
 }
 
-/// The bytes of a value in the uniform address space, without padding at the end.
-pub fn uniform_bytes<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
-    let mut buffer = UniformBuffer::new(Vec::new());
+/// The bytes of a value in the storage address space, without padding at the end.
+pub fn value_bytes<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
+    let mut buffer = StorageBuffer::new(Vec::new());
     // Writing into a growing Vec cannot run out of space, the only way this fails.
     buffer.write(value).expect("a Vec grows");
     buffer.into_inner()
@@ -110,8 +110,8 @@ impl StructLayout {
 macro_rules! check_uniform_layout {
     ($shader:expr, $wgsl:literal, $rust:ident { $($member:ident: $value:expr),+ $(,)? }) => {{
         let value = $rust { $($member: $value),+ };
-        let members = [$((stringify!($member), $crate::uniform_bytes(&value.$member))),+];
-        $shader.check_uniform($wgsl, &$crate::uniform_bytes(&value), &members)
+        let members = [$((stringify!($member), $crate::value_bytes(&value.$member))),+];
+        $shader.check_uniform($wgsl, &$crate::value_bytes(&value), &members)
     }};
 }
 

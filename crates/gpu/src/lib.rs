@@ -16,6 +16,6 @@ mod store;
 pub use adapter::{AdapterChoice, AdapterReport, Gpu};
 pub use error::GpuError;
 pub use executor::{Executed, StepTime};
-pub use layout::{LayoutError, StructLayout, uniform_bytes};
+pub use layout::{LayoutError, StructLayout, value_bytes};
 pub use pass::{ComputePass, Groups, Leaf, TextureData, Work};
 pub use shader::{Shader, ShaderSpec};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use encase::{ShaderType, internal::WriteInto};
 use murano_scheduler::{Output, Pass, Plan, PlanError, Stamp, StampBuilder};
 
-use crate::{Shader, uniform_bytes};
+use crate::{Shader, value_bytes};
 
 /// A 2D texture of half floats with its mip chain, sampled linearly; repeats along u, is clamped along v.
 #[derive(Clone, Debug)]
@@ -76,7 +76,7 @@ pub(crate) struct Target {
 /// The dispatches of one pass and the buffers they need besides its inputs.
 #[derive(Clone, Default)]
 pub struct Recording {
-    pub(crate) uniforms: Vec<(&'static str, Vec<u8>)>,
+    pub(crate) values: Vec<(&'static str, Vec<u8>)>,
     pub(crate) outputs: Vec<Target>,
     pub(crate) scratch: Vec<Target>,
     pub(crate) dispatches: Vec<Dispatch>,
@@ -85,7 +85,7 @@ pub struct Recording {
 /// Declares one pass of a plan.
 ///
 /// ```text
-/// ComputePass::new("deform", 0).uniform("params", &params).input("palette", palette)
+/// ComputePass::new("deform", 0).value("params", &params).input("palette", palette)
 ///     .output("positions", bytes).dispatch(&shader, "main", Groups::linear(n, 64)).add(&mut plan)?
 /// ```
 pub struct ComputePass {
@@ -101,12 +101,15 @@ impl ComputePass {
         Self { name, instance, inputs: Vec::new(), recording: Recording::default() }
     }
 
-    /// A uniform, written by value into the key.
+    /// Parameters by value; they enter the key.
+    ///
+    /// Shaders declare them `var<storage, read>`: lavapipe compiles a shader anew whenever a uniform that its control
+    /// flow depends on may have changed, which costs more than most passes.
     #[must_use]
-    pub fn uniform<T: ShaderType + WriteInto>(mut self, name: &'static str, value: &T) -> Self {
-        let mut bytes = uniform_bytes(value);
+    pub fn value<T: ShaderType + WriteInto>(mut self, name: &'static str, value: &T) -> Self {
+        let mut bytes = value_bytes(value);
         bytes.resize(bytes.len().next_multiple_of(16), 0);
-        self.recording.uniforms.push((name, bytes));
+        self.recording.values.push((name, bytes));
         self
     }
 
@@ -162,7 +165,7 @@ impl ComputePass {
             name: self.name,
             instance: self.instance,
             code: code.finish(),
-            params: self.recording.uniforms.clone(),
+            params: self.recording.values.clone(),
             inputs: self.inputs,
             outputs: self
                 .recording

@@ -105,14 +105,13 @@ impl Pipelines {
         let resource =
             named.get(global.name.as_str()).ok_or_else(|| format!("the pass has nothing named `{}`", global.name))?;
         match (resource, global.kind) {
-            (Resource::Buffer(buffer), GlobalKind::Uniform { bytes })
+            (Resource::Value(buffer), GlobalKind::Uniform { bytes } | GlobalKind::Storage { bytes })
                 if buffer.size() != bytes.next_multiple_of(16) =>
             {
-                Err(format!("uniform `{}` has {} bytes, the shader wants {bytes}", global.name, buffer.size()))
+                Err(format!("value `{}` has {} bytes, the shader wants {bytes}", global.name, buffer.size()))
             }
-            (Resource::Buffer(buffer), GlobalKind::Uniform { .. } | GlobalKind::Storage) => {
-                Ok(buffer.as_entire_binding())
-            }
+            (Resource::Value(buffer), GlobalKind::Uniform { .. } | GlobalKind::Storage { .. })
+            | (Resource::Buffer(buffer), GlobalKind::Storage { .. }) => Ok(buffer.as_entire_binding()),
             (Resource::Texture(..), GlobalKind::Texture) => views
                 .iter()
                 .find(|(binding, _)| *binding == global.binding)

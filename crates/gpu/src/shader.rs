@@ -52,7 +52,8 @@ impl ShaderSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GlobalKind {
     Uniform { bytes: u64 },
-    Storage,
+    /// `bytes`: of the store type, for a runtime-sized array of one element.
+    Storage { bytes: u64 },
     Texture,
     Sampler,
 }
@@ -155,7 +156,9 @@ fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
                 (naga::AddressSpace::Uniform, _) => {
                     GlobalKind::Uniform { bytes: u64::from(layouter[variable.ty].to_stride()) }
                 }
-                (naga::AddressSpace::Storage { .. }, _) => GlobalKind::Storage,
+                (naga::AddressSpace::Storage { .. }, _) => {
+                    GlobalKind::Storage { bytes: u64::from(layouter[variable.ty].to_stride()) }
+                }
                 (_, naga::TypeInner::Sampler { .. }) => GlobalKind::Sampler,
                 _ => GlobalKind::Texture,
             };

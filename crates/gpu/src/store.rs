@@ -13,13 +13,15 @@ const SPARE_BUDGET: u64 = 512 << 20;
 #[derive(Clone, Debug)]
 pub(crate) enum Resource {
     Buffer(wgpu::Buffer),
+    /// Parameters by value, alive for one pass.
+    Value(wgpu::Buffer),
     Texture(wgpu::Texture, u64),
 }
 
 impl Resource {
     fn bytes(&self) -> u64 {
         match self {
-            Self::Buffer(buffer) => buffer.size(),
+            Self::Buffer(buffer) | Self::Value(buffer) => buffer.size(),
             Self::Texture(_, bytes) => *bytes,
         }
     }

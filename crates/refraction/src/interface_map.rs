@@ -57,7 +57,7 @@ pub fn rasterise(
     // Enough workgroups to fill a large GPU; they share out what there is.
     let shared = Groups::Direct([64, 16, 1]);
     Ok(pass
-        .uniform(
+        .value(
             "raster",
             &Raster {
                 triangle_count: geometry.triangle_count as u32,
@@ -93,7 +93,7 @@ pub fn interface_map(
     let count = texels(viewpoint.size);
     let two = layers != Layers::Nearest;
     let pass = ComputePass::new(name, instance)
-        .uniform("viewpoint", &viewpoint.uniform(origin))
+        .value("viewpoint", &viewpoint.uniform(origin))
         .input("normals", geometry.normals)
         .cleared_output("seen", if two { 8 } else { 4 } * count)
         .cleared_output("front", 16 * count);

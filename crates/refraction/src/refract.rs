@@ -108,8 +108,8 @@ pub fn with_maps(
         TirPolicy::Reflect => 2,
     };
     let mut pass = pass
-        .uniform("map_viewpoint", &viewpoint.uniform(origin))
-        .uniform(
+        .value("map_viewpoint", &viewpoint.uniform(origin))
+        .value(
             "search",
             &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir },
         )
@@ -187,8 +187,8 @@ pub fn refract(
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
-        .uniform("params", &params)
-        .uniform("opaque_box", &opaque_box)
+        .value("params", &params)
+        .value("opaque_box", &opaque_box)
         .input("behind", behind.colour)
         .input("cover_behind", behind.cover)
         .input("environment", environment)

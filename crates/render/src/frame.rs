@@ -85,7 +85,8 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let mut plan = Plan::new();
     let posed: Vec<Bounds> = stock.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
     let opaque_bounds = stock.opaque.geometry.posed_bounds(pose);
-    let glass_bounds = posed.iter().fold(Bounds::EMPTY, |all, one| all.union(*one));
+    let visible = stock.bodies.iter().zip(&posed).filter(|(body, _)| !body.glass.is_invisible());
+    let glass_bounds = visible.fold(Bounds::EMPTY, |all, (_, one)| all.union(*one));
     let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
     let eye = eye(&request.view, request.size);
     let reach = 4.0 * glass_bounds.union(opaque_bounds).diameter();
@@ -193,8 +194,8 @@ impl FramePlan<'_> {
             fade_centre: (self.stock.fade_centre - self.origin).as_vec3(),
         };
         let pass = ComputePass::new("opaque", 0)
-            .uniform("params", &params)
-            .uniform("viewpoint", &self.eye.uniform(self.origin))
+            .value("params", &params)
+            .value("viewpoint", &self.eye.uniform(self.origin))
             .input("normals", geometry.normals)
             .input("environment", self.environment)
             .scratch("seen", 4 * count)
@@ -331,10 +332,10 @@ impl FramePlan<'_> {
         let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
         let mut pass = ComputePass::new("illuminate", number)
-            .uniform("params", &lamp_params(lamp.placed(), &self.eye.world_from_view))
-            .uniform("eye", &self.eye.uniform(self.origin))
-            .uniform("receiver_viewpoint", &lamp.receivers.uniform(self.origin))
-            .uniform("render_from_eye", &self.eye.view_from_render(self.origin).inverse().as_mat4())
+            .value("params", &lamp_params(lamp.placed(), &self.eye.world_from_view))
+            .value("eye", &self.eye.uniform(self.origin))
+            .value("receiver_viewpoint", &lamp.receivers.uniform(self.origin))
+            .value("render_from_eye", &self.eye.view_from_render(self.origin).inverse().as_mat4())
             .input("surfaces", seen.surfaces)
             .input("albedo", seen.albedo)
             .input("receivers", receivers)
@@ -402,7 +403,7 @@ impl FramePlan<'_> {
             },
         };
         let outputs = ComputePass::new("composite", 0)
-            .uniform("params", &params)
+            .value("params", &params)
             .input("colour", layered.colour)
             .input("cover", layered.cover)
             .output("picture", 4 * texels(self.request.size))

@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let opaque = Shader::link(&ShaderSpec::new("render::opaque")).unwrap();
+        let opaque = Shader::link(&ShaderSpec::new("render::opaque").feature("textured", true)).unwrap();
         check_storage_layout!(
             opaque,
             "MaterialRow",

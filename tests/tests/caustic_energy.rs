@@ -1,0 +1,353 @@
+//! Caustics against closed forms: not a watt lost on the way from the lamp through a ball of glass to the floor, and every
+//! watt where it belongs. Against an independent photon tracer where its data are at hand.
+//!
+//! Fluxes are those of a lamp of intensity 1. "Below the ball" is a floor just under its foot, with room for a camera in
+//! between, which so looks at the caustic itself, not at its image in the ball.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat4, DVec3, Vec3};
+use murano_caustics::{Caustics, Method};
+use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
+use murano_refraction::Refraction;
+use murano_render::{CausticAccount, Floor, Frame, FrameRequest, PlacedLight, Renderer, View, World};
+use murano_scene::{Environment, Light, LightKind, Projection, look_along};
+use murano_tests::bench::{
+    ExrLayers, asset, glass_body, gpu, renderer, scalars, shared, still,
+};
+
+const PHOTONS: [u32; 4] = [64, 128, 256, 512];
+const MAP_SIZE: u32 = 512;
+/// Distances from the ball's centre to the floor, metres: just under its foot, and where rays near the axis meet.
+const BELOW: f64 = 1.05;
+const FOCUS: f64 = 1.5;
+
+fn light(kind: LightKind, position: DVec3, direction: DVec3) -> PlacedLight {
+    PlacedLight {
+        world_from_light: look_along(position, direction),
+        light: Light { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, range: f32::INFINITY },
+    }
+}
+
+fn sunlight() -> PlacedLight {
+    light(LightKind::Directional, DVec3::Y * 5.0, DVec3::NEG_Y)
+}
+
+/// Height of the spot above the ball's centre, metres.
+const SPOT_HEIGHT: f64 = 6.0;
+
+/// From above; half-angles in radians.
+fn spot(inner: f32, outer: f32) -> PlacedLight {
+    light(LightKind::Spot { inner, outer }, DVec3::Y * SPOT_HEIGHT, DVec3::NEG_Y)
+}
+
+fn floor(height: f64) -> Floor {
+    Floor { height, center: [0.0, 0.0], half_extent: 40.0, albedo: [0.5; 3] }
+}
+
+/// A ball of radius 1 about the origin above a floor at this distance from its centre.
+fn ball_above(distance: f64) -> World {
+    World { floor: Some(floor(-distance)), ..glass_body(&asset("sphere.glb"), Ior::GLASS) }
+}
+
+/// Looks straight down from a height at a square around the origin, row 0 at -z.
+fn from_above(height: f64, half_extent: f64) -> View {
+    let place = DMat4::from_cols(
+        DVec3::X.extend(0.0),
+        DVec3::NEG_Z.extend(0.0),
+        DVec3::Y.extend(0.0),
+        (DVec3::Y * height).extend(1.0),
+    );
+    View { world_from_view: place, projection: Projection::Orthographic { half_height: half_extent }, near: 1e-4 }
+}
+
+fn request(view: View, size: u32, lamp: PlacedLight, photons: u32) -> FrameRequest {
+    FrameRequest {
+        lights: vec![lamp],
+        caustics: Some(Caustics { method: Method::Splat, photons, map_size: MAP_SIZE }),
+        ..still(view, [size, size], Refraction::default())
+    }
+}
+
+/// The only caster's account under the only lamp.
+fn account(renderer: &mut Renderer, request: &FrameRequest) -> CausticAccount {
+    renderer.caustic_accounts(request).expect("an account").pop().expect("one caster under one lamp")
+}
+
+fn picture(renderer: &mut Renderer, request: &FrameRequest) -> Frame {
+    renderer.render(request).expect("a picture")
+}
+
+/// Fraction of unpolarised light of a height that passes both interfaces when each of them takes it as unpolarised, as the
+/// renderer does and ray tracers do. (The first interface polarises what the second meets: [`BallLens::transmittance`],
+/// 0.6 % more of the sun in a ball of index 1.5.)
+fn transmittance(ball: &BallLens, height: f64) -> f64 {
+    let cos_i = (1.0 - height * height).max(0.0).sqrt();
+    let [s, p] = fresnel_dielectric(cos_i, ball.sphere.ior.eta_entering()).into();
+    (1.0 - 0.5 * (s + p)).powi(2)
+}
+
+/// Flux of parallel light of 1 lux that the ball refracts twice, watts: the integral of T over its disc.
+fn refracted_sunlight(ball: &BallLens) -> f64 {
+    const RINGS: u32 = 20_000;
+    let step = 1.0 / f64::from(RINGS);
+    (0..RINGS)
+        .map(|ring| (f64::from(ring) + 0.5) * step)
+        .map(|height| transmittance(ball, height) * TAU * height * step)
+        .sum()
+}
+
+/// Flux of a spot of 1 candela that the ball refracts twice, watts: the integral of I T over its solid angle.
+fn refracted_spot(ball: &BallLens, inner: f64, outer: f64) -> f64 {
+    const STEPS: u32 = 20_000;
+    let widest = (1.0 / SPOT_HEIGHT).asin().min(outer);
+    let step = widest / f64::from(STEPS);
+    (0..STEPS)
+        .map(|k| (f64::from(k) + 0.5) * step)
+        .map(|angle| {
+            // KHR_lights_punctual.
+            let falloff = ((angle.cos() - outer.cos()) / (inner.cos() - outer.cos())).clamp(0.0, 1.0).powi(2);
+            falloff * transmittance(ball, SPOT_HEIGHT * angle.sin()) * TAU * angle.sin() * step
+        })
+        .sum()
+}
+
+fn off(value: f64, truth: f64) -> f64 {
+    (value / truth - 1.0).abs()
+}
+
+/// Half a percent: what 64 cells across a disc cannot resolve of its outline, and Fresnel's law there.
+const ENERGY: f64 = 0.005;
+
+#[test]
+fn a_ball_sends_the_light_it_refracts_and_all_of_it_lands() {
+    let ball = BallLens::new(1.0, Ior::GLASS, FOCUS);
+    let lamps = [
+        ("sun", sunlight(), refracted_sunlight(&ball)),
+        ("spot", spot(0.45, 0.5), refracted_spot(&ball, 0.45, 0.5)),
+    ];
+    let mut gpu = gpu();
+    for distance in [BELOW, FOCUS] {
+        let mut renderer = renderer(gpu, ball_above(distance));
+        for (name, lamp, truth) in &lamps {
+            for photons in PHOTONS {
+                let account = account(&mut renderer, &request(from_above(5.0, 2.0), 16, lamp.clone(), photons));
+                let mapped: f64 = account.map.iter().map(|texel| f64::from(texel[0])).sum();
+                eprintln!(
+                    "{name}, floor {distance} below, {photons}^2 photons: truth {truth:.5} W, sent {:.5}, landed {:.5}, \
+                     mapped {mapped:.5}",
+                    account.sent, account.landed
+                );
+                assert!(off(account.sent, *truth) <= ENERGY, "sent {} of {truth}", account.sent);
+                assert!(off(account.landed, account.sent) <= ENERGY, "landed {} of {}", account.landed, account.sent);
+                assert!(off(mapped, account.landed) <= ENERGY, "mapped {mapped} of {}", account.landed);
+            }
+        }
+        gpu = renderer.into_gpu();
+    }
+}
+
+#[test]
+fn a_spot_s_cone_cuts_what_the_ball_gets() {
+    let ball = BallLens::new(1.0, Ior::GLASS, FOCUS);
+    let truth = refracted_spot(&ball, 0.06, 0.12);
+    let mut renderer = renderer(gpu(), ball_above(FOCUS));
+    let account = account(&mut renderer, &request(from_above(5.0, 2.0), 16, spot(0.06, 0.12), 256));
+    eprintln!("narrow spot: truth {truth:.6} W, sent {:.6}", account.sent);
+    assert!(off(account.sent, truth) <= ENERGY, "sent {} of {truth}", account.sent);
+}
+
+#[test]
+fn the_brightest_texel_at_the_focus_is_on_the_axis() {
+    let mut renderer = renderer(gpu(), ball_above(FOCUS));
+    for (name, lamp) in [("sun", sunlight()), ("spot", spot(0.45, 0.5))] {
+        for photons in PHOTONS {
+            let account = account(&mut renderer, &request(from_above(5.0, 2.0), 16, lamp.clone(), photons));
+            let brightest = (0..account.map.len()).max_by(|a, b| account.map[*a][0].total_cmp(&account.map[*b][0]));
+            let brightest = brightest.expect("a map has texels") as u32;
+            // The axis passes the corner of the four texels in the middle.
+            let from_axis = |texel: u32| (f64::from(texel) + 0.5 - f64::from(MAP_SIZE) / 2.0).abs();
+            let (x, y) = (from_axis(brightest % MAP_SIZE), from_axis(brightest / MAP_SIZE));
+            eprintln!("{name}, {photons}^2 photons: brightest texel {x}, {y} texels off the axis");
+            assert!(x <= 1.0 && y <= 1.0, "{name}, {photons}^2: {x}, {y} texels off");
+        }
+    }
+}
+
+/// Flux of annuli about the origin, one `width` wide each, from a square picture of irradiance `half` metres around it:
+/// the mean of the pixels in an annulus times its area.
+fn annuli(irradiance: &[f64], size: u32, half: f64, width: f64) -> Vec<f64> {
+    let count = (half / width) as usize;
+    let mut sums = vec![(0.0, 0_u32); count];
+    let place = |pixel: u32| (2.0 * (f64::from(pixel) + 0.5) / f64::from(size) - 1.0) * half;
+    for (index, value) in (0..).zip(irradiance) {
+        let ring = (place(index % size).hypot(place(index / size)) / width) as usize;
+        if let Some((sum, pixels)) = sums.get_mut(ring) {
+            *sum += value;
+            *pixels += 1;
+        }
+    }
+    let area = |ring: usize| PI * width * width * (2 * ring + 1) as f64;
+    sums.iter().enumerate().map(|(ring, (sum, pixels))| sum / f64::from(*pixels) * area(ring)).collect()
+}
+
+#[test]
+fn the_irradiance_under_a_ball_in_the_sun_is_that_of_the_closed_form() {
+    const SIZE: u32 = 512;
+    const WIDTH: f64 = 0.02;
+    let mut gpu = gpu();
+    // Relative L1 over the annuli, per number of photons: what was measured, plus a fifth. The splats' Gaussian blurs the
+    // sharp edge just under the ball and the spike at the focus, whatever the number of photons.
+    for (distance, half, allowed) in [(BELOW, 1.0, [9.0; 4]), (FOCUS, 1.0, [9.0; 4])] {
+        let ball = BallLens::new(1.0, Ior::GLASS, distance);
+        let mut renderer = renderer(gpu, ball_above(distance));
+        let within = |rings: usize| ball.flux_within(rings as f64 * WIDTH, 200_000);
+        for (photons, most) in PHOTONS.into_iter().zip(allowed) {
+            // In the gap between the ball's foot and the floor.
+            let view = from_above(-0.5 * (1.0 + distance), half);
+            let frame = picture(&mut renderer, &request(view, SIZE, sunlight(), photons));
+            let irradiance = scalars(&frame.aov.expect("asked for"), "caustic");
+            let ours = annuli(&irradiance, SIZE, half, WIDTH);
+            let exact: Vec<f64> = (0..ours.len()).map(|ring| within(ring + 1) - within(ring)).collect();
+            let total: f64 = exact.iter().sum();
+            if photons==256 { for (k,(a,b)) in ours.iter().zip(&exact).enumerate() { eprintln!("{:.2} {:.4} {:.4}", k as f64*WIDTH, a, b);} }
+            let error = ours.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;
+            eprintln!("sun, floor {distance} below, {photons}^2 photons: relative L1 {error:.4} of {total:.4} W");
+            assert!(error <= most, "{photons}^2: {error} > {most}");
+        }
+        gpu = renderer.into_gpu();
+    }
+}
+
+#[test]
+fn the_picture_of_the_caustic_holds_the_flux_that_landed() {
+    const SIZE: u32 = 512;
+    let mut gpu = gpu();
+    for distance in [BELOW, FOCUS] {
+        let mut renderer = renderer(gpu, ball_above(distance));
+        for (name, mut lamp, half) in [("sun", sunlight(), 7.0), ("spot", spot(0.45, 0.5), 4.5)] {
+            lamp.light.intensity = 3.0;
+            let request = request(from_above(-0.5 * (1.0 + distance), half), SIZE, lamp, 256);
+            let landed = 3.0 * account(&mut renderer, &request).landed;
+            let pixel = (2.0 * half / f64::from(SIZE)).powi(2);
+            let frame = picture(&mut renderer, &request);
+            let seen = pixel * scalars(&frame.aov.expect("asked for"), "caustic").iter().sum::<f64>();
+            eprintln!("{name}, floor {distance} below: landed {landed:.4} W, seen {seen:.4} W");
+            // Pixels as large as the map's texels sample the spike at the focus only so well.
+            assert!(off(seen, landed) <= 0.03, "{name}: seen {seen} of {landed}");
+        }
+        gpu = renderer.into_gpu();
+    }
+}
+
+#[test]
+fn clear_glass_of_index_1_changes_nothing() {
+    let studio = || Environment::load(&asset("studio.hdr")).expect("the studio");
+    let mut with = glass_body(&asset("sphere.glb"), Ior::AIR);
+    with.environment = Some(studio());
+    with.floor = Some(floor(-1.0));
+    let without = World { scene: Default::default(), environment: Some(studio()), floor: Some(floor(-1.0)) };
+
+    let view = View::look_at(DVec3::new(2.0, 1.5, 4.0), DVec3::ZERO, 0.8);
+    let mut asked = request(view, 128, spot(0.4, 0.5), 64);
+    asked.lights.push(sunlight());
+    let mut first = renderer(gpu(), with);
+    let seen = picture(&mut first, &asked);
+    for pass in &seen.passes {
+        let glass = ["light_map", "emit", "deposit", "receive", "eye_map", "refract"];
+        let of_the_body = pass.name.split(':').next().is_some_and(|name| glass.contains(&name));
+        assert!(!of_the_body || pass.decision == "culled", "{} {}: {}", pass.name, pass.decision, pass.reason);
+    }
+    let deform = seen.passes.iter().find(|pass| pass.name == "deform:1").expect("the body is in the plan");
+    assert_eq!(deform.decision, "culled");
+
+    let bare = picture(&mut renderer(gpu(), without), &asked);
+    assert!(seen.rgba == bare.rgba, "the picture differs");
+    let (seen, bare) = (seen.aov.expect("asked for"), bare.aov.expect("asked for"));
+    for (a, b) in seen.layers.iter().zip(&bare.layers) {
+        assert!(a.planes == b.planes, "layer {} differs", a.name);
+    }
+}
+
+/// A caustic of the independent photon tracer, and the world and request that show it.
+struct Reference {
+    name: String,
+    layers: ExrLayers,
+    world: World,
+    request: FrameRequest,
+    half: f64,
+    /// Watts that reached the plane after two refractions.
+    arrived: f64,
+}
+
+fn references() -> Vec<Reference> {
+    let Some(index) = shared("reference/index.json") else { return Vec::new() };
+    let text = std::fs::read_to_string(index).expect("index.json is readable");
+    let index: serde_json::Value = serde_json::from_str(&text).expect("index.json is JSON");
+    index["caustics"].as_array().expect("a list of caustics").iter().map(reference).collect()
+}
+
+fn reference(entry: &serde_json::Value) -> Reference {
+    let number = |name: &str| entry[name].as_f64().expect("a number");
+    let text = |name: &str| entry[name].as_str().expect("a text");
+    let point = |name: &str| DVec3::from_array(std::array::from_fn(|axis| entry[name][axis].as_f64().expect("three")));
+    let mesh = text("mesh");
+    let folder = if mesh.contains("20k") { "reference/meshes" } else { "data/paper" };
+    let model = shared(&format!("{folder}/{mesh}")).expect("the body of a reference caustic");
+    let height = number("plane_y");
+    let half = number("half");
+    let mut lamp = if text("light") == "point" {
+        light(LightKind::Point, point("pos"), -point("pos"))
+    } else {
+        light(LightKind::Directional, point("dir") * -4.0, point("dir"))
+    };
+    let strength = if text("light") == "point" { number("intensity_cd") } else { number("irradiance_lux") };
+    lamp.light.intensity = strength as f32;
+    Reference {
+        name: text("file").trim_start_matches("caustics/").trim_end_matches(".exr").into(),
+        layers: ExrLayers::read(&shared(&format!("reference/{}", text("file"))).expect("what index.json lists")),
+        world: World {
+            floor: Some(floor(height)),
+            ..glass_body(&model, Ior::new(number("ior")).expect("an index of refraction"))
+        },
+        // Under every body there is a gap above the plane; the camera is in it.
+        request: request(from_above(height + 0.005, half), 256, lamp, 256),
+        half,
+        arrived: entry["account"]["budget_W"]["arrived_TT"].as_f64().expect("a flux"),
+    }
+}
+
+#[test]
+fn caustics_agree_with_the_photon_tracer() {
+    let mut device = None;
+    for reference in references() {
+        let mut renderer = renderer(device.take().unwrap_or_else(gpu), reference.world);
+        let strength = f64::from(reference.request.lights[0].light.intensity);
+        let account = account(&mut renderer, &reference.request);
+        let frame = picture(&mut renderer, &reference.request);
+        let ours = scalars(&frame.aov.expect("asked for"), "caustic");
+        let pixel = (2.0 * reference.half / 256.0).powi(2);
+        let flux = |values: &[f64]| pixel * values.iter().sum::<f64>();
+        let layer = |name: &str| -> Vec<f64> {
+            reference.layers.channel(&format!("{name}.V")).iter().map(|value| f64::from(*value)).collect()
+        };
+        let (twice, all) = (layer("E_TT"), layer("E_caustic"));
+        let error = |truth: &[f64]| {
+            pixel * ours.iter().zip(truth).map(|(a, b)| (a - b).abs()).sum::<f64>() / flux(truth)
+        };
+        eprintln!(
+            "{}: sent {:.4} W, landed {:.4}, reference {:.4}; in the window {:.4}, reference TT {:.4}, all {:.4}; relative \
+             L1 against TT {:.4}, against all {:.4}",
+            reference.name,
+            strength * account.sent,
+            strength * account.landed,
+            reference.arrived,
+            flux(&ours),
+            flux(&twice),
+            flux(&all),
+            error(&twice),
+            error(&all),
+        );
+        device = Some(renderer.into_gpu());
+    }
+}
