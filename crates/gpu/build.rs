@@ -16,7 +16,8 @@ fn collect(folder: &Path, module: &str, table: &mut String) {
         if path.is_dir() {
             collect(&path, &format!("{module}{name}::"), table);
         } else if let Some(stem) = name.strip_suffix(".wesl") {
-            writeln!(table, "    ({:?}, include_str!({:?})),", format!("{module}{stem}"), path).expect("a String grows");
+            let (module, file) = (format!("{module}{stem}"), path.to_str().expect("the repository's path is UTF-8"));
+            writeln!(table, "    ({module:?}, include_str!({file:?})),").expect("a String grows");
         }
     }
 }

@@ -67,8 +67,8 @@ impl GeometryLeaves {
         origin: DVec3,
     ) -> Result<DeformedGeometry, GpuError> {
         let shader = gpu.shader(&ShaderSpec::new("animation::deform"))?;
-        let mut pass = ComputePass::new("deform", instance)
-            .value("params", &Params { vertex_count: self.vertex_count as u32 });
+        let mut pass =
+            ComputePass::new("deform", instance).value("params", &Params { vertex_count: self.vertex_count as u32 });
         let (stamp, leaf) = Leaf::of(&geometry.palette(pose, origin));
         pass = pass.input("palette", plan.leaf("palette", stamp, Work::Leaf(leaf)));
         let (stamp, leaf) = Leaf::of(&geometry.morph_weights(pose));
@@ -81,7 +81,7 @@ impl GeometryLeaves {
             .output("positions", bytes)
             .output("normals", bytes)
             .dispatch(&shader, "main", Groups::linear(self.vertex_count, 64))
-            .add(plan)?;
+            .add_to(plan)?;
         let (stamp, leaf) = &self.triangles;
         Ok(DeformedGeometry {
             positions: outputs[0],

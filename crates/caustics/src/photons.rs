@@ -105,7 +105,7 @@ pub fn emit(
         .output("photons", PHOTON_BYTES * texels([caustics.photons; 2]));
     let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
-        .add(plan)?;
+        .add_to(plan)?;
     Ok(outputs[0])
 }
 
@@ -135,16 +135,14 @@ pub fn deposit(
         reach: reach as f32,
     };
     let sigma = match caustics.method {
-        Method::Splat => 1.2,
+        // Half of the 7x7 kernel: smooth enough that single photons do not show, narrow enough to end within it.
+        Method::Splat => 1.75,
     };
     let count = texels(viewpoint.size);
     let tiles = Groups::tiles(viewpoint.size);
     let outputs = ComputePass::new("deposit", cast.instance)
         .value("params", &params)
-        .value(
-            "kernel",
-            &Kernel { size: UVec2::from_array(viewpoint.size), watts: (1.0 / units) as f32, sigma },
-        )
+        .value("kernel", &Kernel { size: UVec2::from_array(viewpoint.size), watts: (1.0 / units) as f32, sigma })
         .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
         .input("photons", photons)
         .input("receivers", receivers)
@@ -155,7 +153,7 @@ pub fn deposit(
         .dispatch(&land, "main", Groups::linear(photon_count as usize, 64))
         .dispatch(&filter, "horizontal", tiles)
         .dispatch(&filter, "vertical", tiles)
-        .add(plan)?;
+        .add_to(plan)?;
     Ok(CausticMap { flux: outputs[0], account: outputs[1], watts_per_unit: 1.0 / units })
 }
 

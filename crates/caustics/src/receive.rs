@@ -47,5 +47,5 @@ pub fn receive(
     if let Some(caustic_map) = caustic_map {
         pass = pass.input("caustic_map", caustic_map);
     }
-    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add(plan)?[0])
+    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
 }

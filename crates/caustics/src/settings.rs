@@ -52,6 +52,6 @@ pub struct Caustics {
 
 impl Default for Caustics {
     fn default() -> Self {
-        Self { method: Method::Splat, photons: 256, map_size: 512 }
+        Self { method: Method::Splat, photons: 384, map_size: 512 }
     }
 }

@@ -32,6 +32,15 @@ pub struct Executed {
     pub targets: Vec<Vec<u8>>,
 }
 
+/// A frame being recorded.
+struct Recorder<'a> {
+    plan: &'a Plan<Work>,
+    encoder: wgpu::CommandEncoder,
+    comparisons: Vec<Comparison>,
+    /// Buffers to recycle once the frame is done.
+    temporary: Vec<Resource>,
+}
+
 struct Comparison {
     pass: String,
     output: &'static str,
@@ -69,17 +78,17 @@ impl Gpu {
                 count: 2 * executed.len() as u32,
             })
         });
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        let mut comparisons = Vec::new();
-        let mut temporary = Vec::new();
+        let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
+        let mut recorder = Recorder { plan, encoder, comparisons: Vec::new(), temporary: Vec::new() };
         for (index, (pass, step)) in executed.iter().enumerate() {
             let writes = queries.as_ref().map(|query_set| wgpu::ComputePassTimestampWrites {
                 query_set,
                 beginning_of_pass_write_index: Some(2 * index as u32),
                 end_of_pass_write_index: Some(2 * index as u32 + 1),
             });
-            self.record(plan, *pass, step, writes, &mut encoder, &mut comparisons, &mut temporary)?;
+            self.record(&mut recorder, *pass, step, writes)?;
         }
+        let Recorder { mut encoder, comparisons, temporary, .. } = recorder;
         let times = queries.as_ref().map(|set| {
             let bytes = 16 * executed.len() as u64;
             let resolved = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -118,7 +127,7 @@ impl Gpu {
                 name: step.name,
                 instance: step.instance,
                 gpu_ms: ticks.as_ref().map(|ticks| {
-                    let at = |i: usize| u64::from_le_bytes(ticks[8 * i..8 * i + 8].try_into().expect("8 bytes"));
+                    let at = |i: usize| bytemuck::pod_read_unaligned::<u64>(&ticks[8 * i..8 * i + 8]);
                     let period = f64::from(self.queue.get_timestamp_period());
                     at(2 * index + 1).saturating_sub(at(2 * index)) as f64 * period * 1e-6
                 }),
@@ -135,14 +144,12 @@ impl Gpu {
 
     fn record(
         &self,
-        plan: &Plan<Work>,
+        recorder: &mut Recorder<'_>,
         pass: PassIndex,
         step: &Step,
         timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-        encoder: &mut wgpu::CommandEncoder,
-        comparisons: &mut Vec<Comparison>,
-        temporary: &mut Vec<Resource>,
     ) -> Result<(), GpuError> {
+        let Recorder { plan, encoder, comparisons, temporary } = recorder;
         let declared = plan.pass(pass);
         let Work::Compute(recording) = &declared.work else { return Ok(()) };
         let label = format!("{}:{}", step.name, step.instance);

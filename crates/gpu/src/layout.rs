@@ -33,9 +33,11 @@ pub struct LayoutError {
 }
 
 /// The bytes of a value in the storage address space, without padding at the end.
+///
+/// # Panics
+/// Never: a growing list takes all that is written.
 pub fn value_bytes<T: ShaderType + WriteInto>(value: &T) -> Vec<u8> {
     let mut buffer = StorageBuffer::new(Vec::new());
-    // Writing into a growing Vec cannot run out of space, the only way this fails.
     buffer.write(value).expect("a Vec grows");
     buffer.into_inner()
 }

@@ -86,7 +86,7 @@ pub struct Recording {
 ///
 /// ```text
 /// ComputePass::new("deform", 0).value("params", &params).input("palette", palette)
-///     .output("positions", bytes).dispatch(&shader, "main", Groups::linear(n, 64)).add(&mut plan)?
+///     .output("positions", bytes).dispatch(&shader, "main", Groups::linear(n, 64)).add_to(&mut plan)?
 /// ```
 pub struct ComputePass {
     name: &'static str,
@@ -152,7 +152,7 @@ impl ComputePass {
     ///
     /// # Errors
     /// [`PlanError`] if the plan has a pass of this name and instance.
-    pub fn add(self, plan: &mut Plan<Work>) -> Result<Vec<Output>, PlanError> {
+    pub fn add_to(self, plan: &mut Plan<Work>) -> Result<Vec<Output>, PlanError> {
         let mut code = StampBuilder::new("compute");
         for dispatch in &self.recording.dispatches {
             code.stamp(dispatch.shader.stamp).text(dispatch.entry);

@@ -51,9 +51,13 @@ impl ShaderSpec {
 /// How a global variable of a shader is bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum GlobalKind {
-    Uniform { bytes: u64 },
+    Uniform {
+        bytes: u64,
+    },
     /// `bytes`: of the store type, for a runtime-sized array of one element.
-    Storage { bytes: u64 },
+    Storage {
+        bytes: u64,
+    },
     Texture,
     Sampler,
 }

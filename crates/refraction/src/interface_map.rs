@@ -101,17 +101,18 @@ pub fn interface_map(
     pass = over_listed_tiles(pass, viewpoint.size);
     let list = tile_threads(viewpoint.size);
     if two {
-        pass = pass
-            .cleared_output("back", 16 * count)
-            .dispatch(&resolve, "list_two", list)
-            .dispatch(&resolve, "two_layers", LISTED_TILES);
+        pass = pass.cleared_output("back", 16 * count).dispatch(&resolve, "list_two", list).dispatch(
+            &resolve,
+            "two_layers",
+            LISTED_TILES,
+        );
     } else {
         pass = pass.dispatch(&resolve, "list_one", list).dispatch(&resolve, "one_layer", LISTED_TILES);
     }
     if layers == Layers::FarthestBack {
         pass = pass.cleared_output("depth_range", 8).dispatch(&resolve, "reduce", Groups::tiles(viewpoint.size));
     }
-    let outputs = pass.add(plan)?;
+    let outputs = pass.add_to(plan)?;
     Ok(InterfaceMap {
         seen: outputs[0],
         front: outputs[1],

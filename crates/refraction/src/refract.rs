@@ -9,7 +9,8 @@ use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    InterfaceMap, LISTED_TILES, Layers, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels, tile_threads,
+    InterfaceMap, LISTED_TILES, Layers, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels,
+    tile_threads,
 };
 
 /// The optical constants of a body.
@@ -109,10 +110,7 @@ pub fn with_maps(
     };
     let mut pass = pass
         .value("map_viewpoint", &viewpoint.uniform(origin))
-        .value(
-            "search",
-            &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir },
-        )
+        .value("search", &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir })
         .input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
@@ -201,7 +199,7 @@ pub fn refract(
     let outputs = over_listed_tiles(pass, viewpoint.size)
         .dispatch(&shader, "list", tile_threads(viewpoint.size))
         .dispatch(&shader, "main", LISTED_TILES)
-        .add(plan)?;
+        .add_to(plan)?;
     Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
 }
 
@@ -215,12 +213,8 @@ mod tests {
     fn shader_and_rust_agree_on_layouts() {
         for method in [Method::Sir, Method::Dir, Method::Newton] {
             let shader = Shader::link(&traced("refraction::refract", method)).unwrap();
-            check_uniform_layout!(
-                shader,
-                "Search",
-                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6 }
-            )
-            .unwrap();
+            check_uniform_layout!(shader, "Search", Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6 })
+                .unwrap();
             check_uniform_layout!(
                 shader,
                 "Params",

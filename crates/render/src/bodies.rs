@@ -77,9 +77,8 @@ fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize
 
 /// Splits what a scene shows into glass bodies and the rest.
 pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec<Body>, Opaque), GeometryError> {
-    let glass_of = |node, primitive| {
-        material_of(scene, node, primitive).filter(|&index| scene.materials[index].is_glass())
-    };
+    let glass_of =
+        |node, primitive| material_of(scene, node, primitive).filter(|&index| scene.materials[index].is_glass());
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
     let mut nodes: Vec<NodeIndex> = glass.iter().map(|&(node, _)| node).collect();

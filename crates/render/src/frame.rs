@@ -165,20 +165,14 @@ struct FramePlan<'a> {
 
 impl FramePlan<'_> {
     /// Deforms every body that light can tell from air.
-    fn deform_bodies(
-        &self,
-        plan: &mut Plan<Work>,
-        pose: &Pose,
-        posed: &[Bounds],
-    ) -> Result<Vec<PosedBody>, GpuError> {
+    fn deform_bodies(&self, plan: &mut Plan<Work>, pose: &Pose, posed: &[Bounds]) -> Result<Vec<PosedBody>, GpuError> {
         let mut bodies = Vec::new();
         for (index, (body, bounds)) in (0..).zip(self.stock.bodies.iter().zip(posed)) {
             if body.glass.is_invisible() {
                 plan.cull("deform", index + 1, "index of refraction 1 and clear: it changes nothing")?;
                 continue;
             }
-            let deformed =
-                body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
+            let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             bodies.push(PosedBody { index, glass: body.glass, deformed, bounds: *bounds });
         }
         Ok(bodies)
@@ -186,7 +180,10 @@ impl FramePlan<'_> {
 
     /// Opaque things, lit by the environment, before it where there is nothing.
     fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
-        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.opaque.textured))?;
+        let shader = self
+            .stock
+            .gpu
+            .shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.opaque.textured))?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -207,10 +204,11 @@ impl FramePlan<'_> {
         for (name, stamp, leaf) in &self.stock.opaque.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
-        let outputs = over_listed_tiles(pass.dispatch(&shader, "background", Groups::tiles(self.eye.size)), self.eye.size)
-            .dispatch(&shader, "list", tile_threads(self.eye.size))
-            .dispatch(&shader, "surface", LISTED_TILES)
-            .add(plan)?;
+        let outputs =
+            over_listed_tiles(pass.dispatch(&shader, "background", Groups::tiles(self.eye.size)), self.eye.size)
+                .dispatch(&shader, "list", tile_threads(self.eye.size))
+                .dispatch(&shader, "surface", LISTED_TILES)
+                .add_to(plan)?;
         Ok(OpaquePicture {
             surfaces: outputs[0],
             albedo: outputs[1],
@@ -237,7 +235,8 @@ impl FramePlan<'_> {
                 plan.cull("illuminate", number, "there is nothing opaque to light")?;
                 continue;
             }
-            if !(placed.light.intensity > 0.0) || placed.light.color == Vec3::ZERO {
+            let lit = placed.light.intensity > 0.0 && placed.light.color != Vec3::ZERO;
+            if !lit {
                 plan.cull("illuminate", number, "the light is out")?;
                 continue;
             }
@@ -294,8 +293,7 @@ impl FramePlan<'_> {
         let gpu = self.stock.gpu;
         let refraction = &self.request.refraction;
         let layers = refraction.method.layers();
-        let map =
-            interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
+        let map = interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
         let cast = Cast {
             instance: pair,
             lamp,
@@ -347,7 +345,7 @@ impl FramePlan<'_> {
         if self.request.aov {
             pass = pass.cleared_output("light_layers", 32 * count);
         }
-        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add(plan)?;
+        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?;
         Ok((outputs[0], outputs.get(1).copied()))
     }
 
@@ -408,7 +406,7 @@ impl FramePlan<'_> {
             .input("cover", layered.cover)
             .output("picture", 4 * texels(self.request.size))
             .dispatch(&shader, "main", Groups::tiles(self.request.size))
-            .add(plan)?;
+            .add_to(plan)?;
         Ok(outputs[0])
     }
 }

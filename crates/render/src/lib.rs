@@ -10,8 +10,7 @@ mod request;
 mod stage;
 
 pub use murano_scene::PlacedLight;
+pub use murano_scheduler::Skipping;
 pub use renderer::{CausticAccount, DeformedMesh, RenderError, Renderer};
-pub use request::{
-    AOV_LAYERS, Aov, AovLayer, Floor, Frame, FrameRequest, PassReport, Skipping, ToneMap, View, World,
-};
+pub use request::{AOV_LAYERS, Aov, AovLayer, Floor, Frame, FrameRequest, PassReport, ToneMap, View, World};
 pub use stage::{Extent, Settings, Stage, StageError, find_clip, open_shot};

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, LoopMode, Pose, clip_time};
 use murano_gpu::{Executed, Gpu, GpuError, Work};
 use murano_scheduler::{History, Output, Plan};
@@ -59,8 +59,7 @@ impl Renderer {
         let floor = world.floor;
         let material = floor.as_ref().map(|floor| bodies::add_floor(&mut world.scene, floor));
         let (bodies, opaque) = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
-        let fade_centre =
-            floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
+        let fade_centre = floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
         let distant = Distant::new(world.environment.as_ref());
         Ok(Self { gpu, world, bodies, opaque, distant, fade_centre, history: History::new() })
     }
@@ -108,12 +107,7 @@ impl Renderer {
             targets.extend(&planned.paths);
             targets.extend(&planned.light_layers);
         }
-        let skipping = match request.skipping {
-            Skipping::On => murano_scheduler::Skipping::On,
-            Skipping::Off => murano_scheduler::Skipping::Off,
-            Skipping::Verify => murano_scheduler::Skipping::Verify,
-        };
-        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, skipping)?;
+        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, request.skipping)?;
         let passes = reports(&executed);
         let pixels = request.size[0] as usize * request.size[1] as usize;
         Ok(Frame {
@@ -144,14 +138,13 @@ impl Renderer {
             targets.extend([deformed.positions, deformed.normals]);
             meshes.push((geometry, origin));
         }
-        let executed =
-            self.gpu.execute(&plan, &targets, &mut History::new(), murano_scheduler::Skipping::On)?;
+        let executed = self.gpu.execute(&plan, &targets, &mut History::new(), Skipping::On)?;
         Ok(meshes
             .into_iter()
             .zip(executed.targets.chunks(2))
             .map(|((geometry, origin), buffers)| DeformedMesh {
                 positions: aov::rows(&buffers[0], geometry.vertices.len()).map(|p| origin + p.truncate()).collect(),
-                normals: aov::rows(&buffers[1], geometry.vertices.len()).map(|n| n.truncate()).collect(),
+                normals: aov::rows(&buffers[1], geometry.vertices.len()).map(DVec4::truncate).collect(),
                 geometry: geometry.clone(),
             })
             .collect())
@@ -175,8 +168,7 @@ impl Renderer {
         let planned = frame::plan(&stock, &pose, request)?;
         let targets: Vec<Output> =
             planned.accounts.iter().flat_map(|deposited| [deposited.account, deposited.flux]).collect();
-        let skipping = murano_scheduler::Skipping::On;
-        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, skipping)?;
+        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, Skipping::On)?;
         Ok(planned
             .accounts
             .iter()
@@ -219,7 +211,8 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
     {
         return wrong(format!("there is no clip {clip}; the model has {}", world.scene.clips.len()));
     }
-    if !request.time.is_finite() || !request.view.world_from_view.is_finite() || !(request.view.near > 0.0) {
+    let ahead = request.view.near > 0.0;
+    if !request.time.is_finite() || !request.view.world_from_view.is_finite() || !ahead {
         return wrong("time and camera must be finite, and the near distance positive".into());
     }
     if let Some(caustics) = request.caustics

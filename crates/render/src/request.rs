@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3};
 use murano_caustics::Caustics;
 use murano_refraction::Refraction;
 use murano_scene::{Environment, PlacedLight, Projection, Scene, look_along};
+use murano_scheduler::Skipping;
 
 /// What stays the same over a sequence of frames.
 pub struct World {
@@ -61,18 +62,6 @@ pub enum ToneMap {
     Neutral,
     /// AgX.
     Agx,
-}
-
-/// What the scheduler may reuse.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Skipping {
-    /// Reuse every output whose key is known.
-    #[default]
-    On,
-    /// Run every pass that the picture needs.
-    Off,
-    /// Rerun what would be reused and compare the bits.
-    Verify,
 }
 
 /// One frame, complete: equal requests give equal pictures.
@@ -154,6 +143,17 @@ pub struct AovLayer {
 
 /// Names of every layer there is, in the order of [`Aov::layers`].
 pub const AOV_LAYERS: [&str; 13] = [
-    "p1", "n1", "t1", "p2", "n2", "exit_direction", "path_length", "bounces", "status", "depth", "radiance", "caustic",
+    "p1",
+    "n1",
+    "t1",
+    "p2",
+    "n2",
+    "exit_direction",
+    "path_length",
+    "bounces",
+    "status",
+    "depth",
+    "radiance",
+    "caustic",
     "shadow",
 ];

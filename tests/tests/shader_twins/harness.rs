@@ -28,8 +28,7 @@ pub fn run_with(
     let shader = GPU.shader(&ShaderSpec::new(root)).unwrap_or_else(|error| panic!("{error}"));
     let mut plan: Plan<Work> = Plan::new();
     let (stamp, leaf) = Leaf::of(inputs);
-    let mut pass =
-        ComputePass::new(root, 0).input("inputs", plan.leaf("inputs", stamp, Work::Leaf(leaf)));
+    let mut pass = ComputePass::new(root, 0).input("inputs", plan.leaf("inputs", stamp, Work::Leaf(leaf)));
     if let Some(environment) = environment {
         // Tests that need one use one and the same.
         let stamp = murano_scheduler::Stamp::of(b"environment of the twins");
@@ -38,7 +37,7 @@ pub fn run_with(
     let outputs = pass
         .output("outputs", 16 * (cases * rows) as u64)
         .dispatch(&shader, entry, Groups::linear(cases, 64))
-        .add(&mut plan)
+        .add_to(&mut plan)
         .expect("one pass");
     let executed =
         GPU.execute(&plan, &outputs, &mut History::new(), Skipping::Off).unwrap_or_else(|error| panic!("{error}"));

@@ -12,9 +12,8 @@ const ROOT: &str = "tests::optics";
 
 /// Equal media, nearly equal ones, water, glass, diamond, and what KHR_materials_ior allows at most in practice; into
 /// the medium and out of it.
-const ETAS: [f32; 14] = [
-    1.0, 1.000_001, 0.999_999, 1.33, 0.751_879_7, 1.5, 0.666_666_7, 2.0, 0.5, 2.5, 0.4, 4.0, 0.25, 1.1,
-];
+const ETAS: [f32; 14] =
+    [1.0, 1.000_001, 0.999_999, 1.33, 0.751_879_7, 1.5, 0.666_666_7, 2.0, 0.5, 2.5, 0.4, 4.0, 0.25, 1.1];
 
 /// Cosines of incidence: head-on, ordinary, grazing, parallel, from behind.
 const COSINES: [f32; 12] = [1.0, 0.999_999_9, 0.9, 0.5, 0.1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 0.0, -0.3];
@@ -189,7 +188,10 @@ fn directions_survive_octahedral_packing_as_in_f64() {
         let direction = direction.as_dvec3();
         let wanted = direction.normalize_or(DVec3::Z);
         let angle = xyz(output[0]).cross(wanted).length();
-        assert!(angle < 6.5e-5 && xyz(output[0]).dot(wanted) > 0.0, "case {index}, {direction}: off by {angle} radians");
+        assert!(
+            angle < 6.5e-5 && xyz(output[0]).dot(wanted) > 0.0,
+            "case {index}, {direction}: off by {angle} radians"
+        );
         assert_near(xyz(output[0]).length(), 1.0, SLACK * 4.0 * U, || format!("case {index}, {direction}"));
         // Both round to nearest; they differ by a unit at most, where the f32 quotient falls on the other side.
         let packed = twin::octahedral_pack(direction);

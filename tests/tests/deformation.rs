@@ -1,0 +1,238 @@
+//! The GPU's deformation against glTF's in f64: positions within 1e-5 of the body's diameter, normals within 0.1 degrees,
+//! everything finite.
+//!
+//! A normal is compared where it is well-conditioned: where the f64 truth has one, and moving the body's points within
+//! the tolerance for positions cannot turn it that far (see [`regular`]).
+
+use std::{
+    collections::HashSet,
+    ffi::OsStr,
+    fs,
+    path::{Path, PathBuf},
+    sync::{LazyLock, Mutex, PoisonError},
+};
+
+use glam::DVec3;
+use murano_animation::{Deformed, Geometry, GeometryLeaves, Pose, deform_f64, shown_primitives};
+use murano_gpu::{Gpu, Work};
+use murano_render::{Renderer, World};
+use murano_scene::{Scene, import};
+use murano_scheduler::{History, Plan, Skipping};
+use murano_tests::bench::{asset, gpu, shared};
+
+/// Largest difference allowed, in diameters of the posed body.
+const POSITION: f64 = 1e-5;
+/// Largest angle allowed between normals, degrees.
+const NORMAL: f64 = 0.1;
+
+/// One device for all tests, one test at a time: what it keeps is then bounded once.
+static GPU: LazyLock<Mutex<Gpu>> = LazyLock::new(|| Mutex::new(gpu()));
+
+/// The largest differences found in a model.
+#[derive(Clone, Copy, Default)]
+struct Worst {
+    poses: usize,
+    vertices: usize,
+    /// Diameters.
+    position: f64,
+    /// Degrees.
+    normal: f64,
+    /// Largest share of vertices whose normal says nothing, of any pose.
+    irregular: f64,
+}
+
+impl Worst {
+    fn row(&self, name: &str) -> String {
+        format!(
+            "{name:<60} {:>8} {:>5} {:>10.2e} {:>9.1e} {:>8.3} %",
+            self.vertices,
+            self.poses,
+            self.position,
+            self.normal,
+            100.0 * self.irregular
+        )
+    }
+
+    fn assert(&self, name: &str) {
+        assert!(self.position <= POSITION, "{name}: off by {:e} of the diameter", self.position);
+        assert!(self.normal <= NORMAL, "{name}: a normal is off by {} degrees", self.normal);
+    }
+
+    fn include(&mut self, geometry: &Geometry, truth: &Deformed, positions: &[DVec3], normals: &[DVec3], what: &str) {
+        let diameter = truth.bounds().diameter();
+        assert!(positions.iter().chain(normals).all(|v| v.is_finite()), "{what}: not finite");
+        let mut irregular = 0;
+        for (vertex, (found, wanted)) in positions.iter().zip(&truth.positions).enumerate() {
+            let off = found.distance(*wanted);
+            self.position = self.position.max(if off == 0.0 { 0.0 } else { off / diameter });
+            let (found, wanted) = (normals[vertex], truth.normals[vertex]);
+            if found != DVec3::ZERO && wanted != DVec3::ZERO && regular(geometry, truth, vertex, diameter) {
+                let angle = found.cross(wanted).length().atan2(found.dot(wanted)).to_degrees();
+                self.normal = self.normal.max(angle);
+            } else {
+                irregular += 1;
+            }
+        }
+        self.poses += 1;
+        self.vertices = positions.len();
+        self.irregular = self.irregular.max(f64::from(irregular) / positions.len().max(1) as f64);
+    }
+}
+
+/// Whether a normal is well-conditioned. A smooth one is that of the mesh, turned by a matrix. That of a deformed
+/// triangle is turned by half the tolerance for positions over its height; below a height of 2e-3 diameters that alone
+/// exceeds the tolerance for normals.
+fn regular(geometry: &Geometry, truth: &Deformed, vertex: usize, diameter: f64) -> bool {
+    let corner = geometry.vertices[vertex].corner as usize;
+    if corner == 0 {
+        return true;
+    }
+    let first = vertex + 1 - corner;
+    let [a, b, c] = [0, 1, 2].map(|next| truth.positions[first + next]);
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let height = (b - a).cross(c - a).length() / longest;
+    height > 2e-3 * diameter
+}
+
+/// Every clip at `samples` times over the whole of it, and the rest pose.
+fn poses(scene: &Scene, samples: u32) -> impl Iterator<Item = (String, Pose)> {
+    let clips = (0..scene.clips.len()).flat_map(move |clip| {
+        (0..samples).map(move |sample| {
+            let time = scene.clips[clip].duration * f64::from(sample) / f64::from(samples - 1).max(1.0);
+            (format!("clip {clip} at {time} s"), Pose::sample(scene, Some(clip), time))
+        })
+    });
+    std::iter::once(("rest".to_owned(), Pose::rest(scene))).chain(clips)
+}
+
+/// Rows of three numbers and one that does not matter here.
+fn vectors(bytes: &[u8], count: usize) -> Vec<DVec3> {
+    let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().expect("4 bytes")));
+    let row = |row: &[u8]| DVec3::new(number(&row[0..4]), number(&row[4..8]), number(&row[8..12]));
+    bytes.chunks_exact(16).take(count).map(row).collect()
+}
+
+/// Deforms a model in many poses.
+fn measure(gpu: &Gpu, path: &Path, samples: u32) -> Option<Worst> {
+    let scene = import(path).ok()?;
+    let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
+    let leaves = GeometryLeaves::new(&geometry);
+    let mut worst = Worst::default();
+    for (when, pose) in poses(&scene, samples) {
+        let what = format!("{}, {when}", path.display());
+        let origin = geometry.posed_bounds(&pose).center();
+        let origin = if origin.is_finite() { origin } else { DVec3::ZERO };
+        let mut plan: Plan<Work> = Plan::new();
+        let deformed =
+            leaves.deform(gpu, &mut plan, 0, &geometry, &pose, origin).unwrap_or_else(|e| panic!("{what}: {e}"));
+        let targets = [deformed.positions, deformed.normals];
+        let executed = gpu
+            .execute(&plan, &targets, &mut History::new(), Skipping::Off)
+            .unwrap_or_else(|error| panic!("{what}: {error}"));
+        let [mut positions, normals] = [0, 1].map(|i| vectors(&executed.targets[i], geometry.vertices.len()));
+        for position in &mut positions {
+            *position += origin;
+        }
+        worst.include(&geometry, &deform_f64(&geometry, &scene, &pose), &positions, &normals, &what);
+    }
+    Some(worst)
+}
+
+/// Measures models and prints a table; those that do not import are for the importer's tests.
+fn survey(models: &[PathBuf], samples: u32) {
+    let gpu = GPU.lock().unwrap_or_else(PoisonError::into_inner);
+    let heading = ["model", "vertices", "poses", "diameters", "degrees", "irregular"];
+    let [model, vertices, poses, diameters, degrees, irregular] = heading;
+    eprintln!("{model:<60} {vertices:>8} {poses:>5} {diameters:>10} {degrees:>9} {irregular:>10}");
+    let mut all = Vec::new();
+    for path in models {
+        let name = path.iter().rev().take(2).collect::<Vec<&OsStr>>();
+        let name = name.iter().rev().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/");
+        match measure(&gpu, path, samples) {
+            Some(worst) => {
+                eprintln!("{}", worst.row(&name));
+                all.push((name, worst));
+            }
+            None => eprintln!("{name:<60} does not import"),
+        }
+    }
+    for (name, worst) in &all {
+        worst.assert(name);
+    }
+    assert!(!all.is_empty(), "no model imports");
+}
+
+fn data(files: &[&str]) -> Vec<PathBuf> {
+    files.iter().filter_map(|file| shared(&format!("data/{file}"))).collect()
+}
+
+/// Every model below a folder.
+fn models_in(folder: &Path) -> Vec<PathBuf> {
+    let mut models = Vec::new();
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            models.extend(models_in(&path));
+        } else if path.extension().is_some_and(|extension| extension == "glb" || extension == "gltf") {
+            models.push(path);
+        }
+    }
+    models
+}
+
+#[test]
+fn our_own_models_deform_as_in_f64() {
+    survey(&models_in(&asset("")), 20);
+}
+
+#[test]
+fn known_characters_deform_as_in_f64() {
+    let models = data(&["gltf/Fox.glb", "gltf/CesiumMan.glb", "gltf/RiggedFigure.glb", "gltf/AnimatedMorphCube.glb"]);
+    if !models.is_empty() {
+        survey(&models, 20);
+    }
+}
+
+#[test]
+fn large_scans_deform_as_in_f64() {
+    let models = data(&["paper/bunny_69k.glb", "paper/armadillo_346k.glb"]);
+    if !models.is_empty() {
+        survey(&models, 20);
+    }
+}
+
+/// Four times a clip: it is the variety of files that matters here.
+#[test]
+fn every_model_at_hand_deforms_as_in_f64() {
+    let known: HashSet<PathBuf> =
+        data(&["gltf/Fox.glb", "gltf/CesiumMan.glb", "gltf/RiggedFigure.glb", "gltf/AnimatedMorphCube.glb"])
+            .into_iter()
+            .collect();
+    let Some(folder) = shared("data/gltf") else { return };
+    let models: Vec<PathBuf> = models_in(&folder).into_iter().filter(|path| !known.contains(path)).collect();
+    survey(&models, 4);
+}
+
+/// What the renderer makes of a model is what the deformation makes of it, however it is sorted into bodies.
+#[test]
+fn the_renderer_deforms_as_in_f64() {
+    let path = asset("dancer.glb");
+    let scene = import(&path).unwrap_or_else(|error| panic!("{error}"));
+    let duration = scene.clips[0].duration;
+    let world = World { scene, environment: None, floor: None };
+    let mut renderer = Renderer::new(gpu(), world).unwrap_or_else(|error| panic!("{error}"));
+    let mut worst = Worst::default();
+    for sample in 0..5 {
+        let time = duration * f64::from(sample) / 5.0;
+        let meshes = renderer.deform(Some(0), time).unwrap_or_else(|error| panic!("{error}"));
+        assert!(meshes.iter().any(|mesh| !mesh.positions.is_empty()));
+        for mesh in meshes.iter().filter(|mesh| !mesh.positions.is_empty()) {
+            let scene = &renderer.world().scene;
+            let truth = deform_f64(&mesh.geometry, scene, &Pose::sample(scene, Some(0), time));
+            worst.include(&mesh.geometry, &truth, &mesh.positions, &mesh.normals, &format!("dancer at {time} s"));
+        }
+    }
+    worst.assert("dancer.glb");
+}
