@@ -119,9 +119,10 @@ impl Lamp {
     }
 }
 
-/// Nearest depth of interest: a small part of the distance to the casters.
+/// Nearest depth of interest: a small part of the distance to the casters, a power of two so that a body moving about
+/// does not change what the lamp sees of everything else.
 fn near(position: DVec3, casters: &Bounds) -> f64 {
-    1e-4 * position.distance(casters.center()).max(casters.diameter()).max(1e-12)
+    (1e-4 * position.distance(casters.center()).max(casters.diameter()).max(1e-12)).log2().floor().exp2()
 }
 
 #[cfg(test)]

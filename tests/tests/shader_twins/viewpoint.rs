@@ -52,8 +52,11 @@ fn cases() -> Vec<[Vec4; 4]> {
         let size = [random.any(&[1.0, 2.0, 17.0, 512.0, 4096.0]), random.any(&[1.0, 3.0, 64.0, 512.0, 16384.0])];
         let half = [0, 1].map(|_| unit * random.magnitude(1e-3, 10.0));
         let center = [0, 1].map(|_| unit * random.any(&[0.0, 0.5, -3.0]));
-        let overshoot = random.any(&[1.0, 1.0, 1.5, -0.5]);
-        let texel = [0, 1].map(|axis| size[axis] * overshoot * random.between(0.0, 1.0));
+        // Within the picture, on its rim, and beyond.
+        let texel = size.map(|extent| {
+            let within = random.between(0.0, 1.0);
+            extent * random.any(&[within, within, within, 0.0, 1.0, 1.5 * within, -0.5 * within])
+        });
         let mut point = scale * random.in_cube();
         // Beside, in, and a little before the viewpoint's own plane too.
         point.z *= random.any(&[1.0, 1.0, 1.0, -0.0, 1e-3]);
