@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use exr::prelude::{FlatSamples, read_first_flat_layer_from_file};
+use exr::prelude::{FlatSamples, f16, read_first_flat_layer_from_file};
 use glam::DVec3;
 use murano_gpu::{AdapterChoice, Gpu};
 use murano_optics::Ior;
@@ -138,7 +138,7 @@ impl ExrLayers {
         let channels = image.layer_data.channel_data.list.into_iter().map(|channel| {
             let values = match channel.sample_data {
                 FlatSamples::F32(values) => values,
-                FlatSamples::F16(values) => values.into_iter().map(|value| value.to_f32()).collect(),
+                FlatSamples::F16(values) => values.into_iter().map(f16::to_f32).collect(),
                 FlatSamples::U32(values) => values.into_iter().map(|value| value as f32).collect(),
             };
             (channel.name.to_string(), values)
@@ -174,12 +174,8 @@ pub fn degrees_between(a: DVec3, b: DVec3) -> f64 {
 /// triangulated outline and the true one differ by a part of a pixel and grazing light by everything.
 pub fn inside_silhouette(covered: &[bool], size: [u32; 2]) -> Vec<bool> {
     let [width, height] = size.map(|n| n as i32);
-    let at = |x: i32, y: i32| {
-        (0..width).contains(&x) && (0..height).contains(&y) && covered[(y * width + x) as usize]
-    };
-    (0..width * height)
-        .map(|i| (-1..=1).all(|dy| (-1..=1).all(|dx| at(i % width + dx, i / width + dy))))
-        .collect()
+    let at = |x: i32, y: i32| (0..width).contains(&x) && (0..height).contains(&y) && covered[(y * width + x) as usize];
+    (0..width * height).map(|i| (-1..=1).all(|dy| (-1..=1).all(|dx| at(i % width + dx, i / width + dy)))).collect()
 }
 
 /// How errors are distributed.

@@ -11,10 +11,8 @@ use murano_caustics::{Caustics, Method};
 use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
 use murano_refraction::Refraction;
 use murano_render::{CausticAccount, Floor, Frame, FrameRequest, PlacedLight, Renderer, View, World};
-use murano_scene::{Environment, Light, LightKind, Projection, look_along};
-use murano_tests::bench::{
-    ExrLayers, asset, glass_body, gpu, renderer, scalars, shared, still,
-};
+use murano_scene::{Environment, Light, LightKind, Projection, Scene, look_along};
+use murano_tests::bench::{ExrLayers, asset, glass_body, gpu, renderer, scalars, shared, still};
 
 const PHOTONS: [u32; 4] = [64, 128, 256, 512];
 const MAP_SIZE: u32 = 512;
@@ -122,10 +120,8 @@ const ENERGY: f64 = 0.005;
 #[test]
 fn a_ball_sends_the_light_it_refracts_and_all_of_it_lands() {
     let ball = BallLens::new(1.0, Ior::GLASS, FOCUS);
-    let lamps = [
-        ("sun", sunlight(), refracted_sunlight(&ball)),
-        ("spot", spot(0.45, 0.5), refracted_spot(&ball, 0.45, 0.5)),
-    ];
+    let lamps =
+        [("sun", sunlight(), refracted_sunlight(&ball)), ("spot", spot(0.45, 0.5), refracted_spot(&ball, 0.45, 0.5))];
     let mut gpu = gpu();
     for distance in [BELOW, FOCUS] {
         let mut renderer = renderer(gpu, ball_above(distance));
@@ -196,13 +192,13 @@ fn the_irradiance_under_a_ball_in_the_sun_is_that_of_the_closed_form() {
     const SIZE: u32 = 512;
     const WIDTH: f64 = 0.02;
     let mut gpu = gpu();
-    // Relative L1 over the annuli, per number of photons: what was measured, plus a fifth. The splats' Gaussian blurs the
+    // Relative L1 over the annuli: what was measured, plus a fifth. The splats' Gaussian, 5 cm wide in this map, blurs the
     // sharp edge just under the ball and the spike at the focus, whatever the number of photons.
-    for (distance, half, allowed) in [(BELOW, 1.0, [9.0; 4]), (FOCUS, 1.0, [9.0; 4])] {
+    for (distance, half, most) in [(BELOW, 1.0, 0.72), (FOCUS, 1.0, 0.42)] {
         let ball = BallLens::new(1.0, Ior::GLASS, distance);
         let mut renderer = renderer(gpu, ball_above(distance));
         let within = |rings: usize| ball.flux_within(rings as f64 * WIDTH, 200_000);
-        for (photons, most) in PHOTONS.into_iter().zip(allowed) {
+        for photons in PHOTONS {
             // In the gap between the ball's foot and the floor.
             let view = from_above(-0.5 * (1.0 + distance), half);
             let frame = picture(&mut renderer, &request(view, SIZE, sunlight(), photons));
@@ -210,7 +206,6 @@ fn the_irradiance_under_a_ball_in_the_sun_is_that_of_the_closed_form() {
             let ours = annuli(&irradiance, SIZE, half, WIDTH);
             let exact: Vec<f64> = (0..ours.len()).map(|ring| within(ring + 1) - within(ring)).collect();
             let total: f64 = exact.iter().sum();
-            if photons==256 { for (k,(a,b)) in ours.iter().zip(&exact).enumerate() { eprintln!("{:.2} {:.4} {:.4}", k as f64*WIDTH, a, b);} }
             let error = ours.iter().zip(&exact).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;
             eprintln!("sun, floor {distance} below, {photons}^2 photons: relative L1 {error:.4} of {total:.4} W");
             assert!(error <= most, "{photons}^2: {error} > {most}");
@@ -246,7 +241,7 @@ fn clear_glass_of_index_1_changes_nothing() {
     let mut with = glass_body(&asset("sphere.glb"), Ior::AIR);
     with.environment = Some(studio());
     with.floor = Some(floor(-1.0));
-    let without = World { scene: Default::default(), environment: Some(studio()), floor: Some(floor(-1.0)) };
+    let without = World { scene: Scene::default(), environment: Some(studio()), floor: Some(floor(-1.0)) };
 
     let view = View::look_at(DVec3::new(2.0, 1.5, 4.0), DVec3::ZERO, 0.8);
     let mut asked = request(view, 128, spot(0.4, 0.5), 64);
@@ -332,9 +327,8 @@ fn caustics_agree_with_the_photon_tracer() {
             reference.layers.channel(&format!("{name}.V")).iter().map(|value| f64::from(*value)).collect()
         };
         let (twice, all) = (layer("E_TT"), layer("E_caustic"));
-        let error = |truth: &[f64]| {
-            pixel * ours.iter().zip(truth).map(|(a, b)| (a - b).abs()).sum::<f64>() / flux(truth)
-        };
+        let error =
+            |truth: &[f64]| pixel * ours.iter().zip(truth).map(|(a, b)| (a - b).abs()).sum::<f64>() / flux(truth);
         eprintln!(
             "{}: sent {:.4} W, landed {:.4}, reference {:.4}; in the window {:.4}, reference TT {:.4}, all {:.4}; relative \
              L1 against TT {:.4}, against all {:.4}",
@@ -348,6 +342,20 @@ fn caustics_agree_with_the_photon_tracer() {
             error(&twice),
             error(&all),
         );
+        // Total reflection within a body follows a policy here, and is counted with what is refracted twice; a ball has none.
+        if reference.name.starts_with("sphere") {
+            assert!(off(flux(&ours), flux(&twice)) <= 0.03, "{}: {} W", reference.name, flux(&ours));
+            assert!(
+                off(strength * account.sent, reference.arrived) <= 0.005,
+                "{}: {} W sent",
+                reference.name,
+                account.sent
+            );
+        }
+        // Parallel light spreads widely on the plane: the blur is small against it. The point's focus is close to the plane.
+        if reference.name == "sphere20k_directional" {
+            assert!(error(&twice) <= 0.029, "{}: relative L1 {}", reference.name, error(&twice));
+        }
         device = Some(renderer.into_gpu());
     }
 }

@@ -94,7 +94,11 @@ impl Lamp {
         let to = caster.center() - position;
         let base = Viewpoint { size: [size, size], ..self.receivers };
         let viewpoint = match self.placed.light.kind {
-            LightKind::Directional => base,
+            LightKind::Directional => Viewpoint {
+                world_from_view: look_along(caster.center() - axis * 2.0 * radius.max(1e-12), axis),
+                near: 1e-3 * radius.max(1e-12),
+                ..base
+            },
             LightKind::Spot { outer, .. } => {
                 let outside = to.angle_between(axis) - (radius / to.length().max(radius)).asin();
                 if outside > f64::from(outer) {

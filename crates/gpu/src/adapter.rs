@@ -95,7 +95,7 @@ impl Gpu {
             .find(|adapter| {
                 let info = adapter.get_info();
                 match choice {
-                    AdapterChoice::Best => true,
+                    AdapterChoice::Best => adapter.limits().max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS,
                     AdapterChoice::Software => info.device_type == wgpu::DeviceType::Cpu,
                     AdapterChoice::Named(name) => info.name.to_lowercase().contains(&name.to_lowercase()),
                 }

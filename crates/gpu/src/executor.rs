@@ -70,8 +70,29 @@ impl Gpu {
                 self.store().insert(leaf.stamp, resource);
             }
         }
+        let result = self.run(plan, &schedule, targets);
+        if result.is_err() {
+            // Nothing says that what was recorded was also computed: later frames must not find it.
+            let mut store = self.store();
+            for (_, step) in schedule.executed().filter(|(_, step)| !step.verify) {
+                step.outputs.iter().for_each(|stamp| store.forget(*stamp));
+            }
+            store.end_frame();
+        }
+        let (times, targets) = result?;
+        Ok(Executed { schedule, times, targets })
+    }
+
+    /// Records, submits and reads back: the times of what ran, the bytes of the targets.
+    fn run(
+        &self,
+        plan: &Plan<Work>,
+        schedule: &Schedule,
+        targets: &[Output],
+    ) -> Result<(Vec<StepTime>, Vec<Vec<u8>>), GpuError> {
         let executed: Vec<(PassIndex, &Step)> = schedule.executed().collect();
-        let queries = (self.timestamps && !executed.is_empty()).then(|| {
+        // A query set holds 4096 timestamps at most.
+        let queries = (self.timestamps && (1..=2048).contains(&executed.len())).then(|| {
             self.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("pass times"),
                 ty: wgpu::QueryType::Timestamp,
@@ -139,7 +160,7 @@ impl Gpu {
         }
         store.end_frame();
         drop(store);
-        Ok(Executed { schedule, times, targets })
+        Ok((times, targets))
     }
 
     fn record(

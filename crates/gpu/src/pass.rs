@@ -123,7 +123,9 @@ impl ComputePass {
     /// A buffer that this pass provides; every byte that others read must be written.
     #[must_use]
     pub fn output(mut self, name: &'static str, bytes: u64) -> Self {
-        self.recording.outputs.push(Target { name, bytes: padded(bytes), cleared: false });
+        // What pads it is compared with the rest when a pass is verified.
+        let stored = padded(bytes);
+        self.recording.outputs.push(Target { name, bytes: stored, cleared: stored != bytes });
         self
     }
 

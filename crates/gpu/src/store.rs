@@ -59,6 +59,13 @@ impl Store {
         }
     }
 
+    /// Drops an entry whose content was never computed.
+    pub(crate) fn forget(&mut self, stamp: Stamp) {
+        if let Some((resource, _)) = self.entries.remove(&stamp) {
+            self.held -= resource.bytes();
+        }
+    }
+
     /// A buffer of exactly this size with arbitrary content.
     pub(crate) fn buffer(&mut self, device: &wgpu::Device, bytes: u64) -> wgpu::Buffer {
         if let Some(buffer) = self.spare.get_mut(&bytes).and_then(Vec::pop) {

@@ -146,8 +146,8 @@ pub struct RefractRequest<'a> {
     pub glass: &'a Glass,
     /// Settings.
     pub refraction: &'a Refraction,
-    /// Bounds of everything opaque in the world: where rays that left the glass look for it.
-    pub opaque: &'a Bounds,
+    /// Bounds of everything drawn so far: where rays that left the glass look for it.
+    pub drawn: &'a Bounds,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -170,11 +170,11 @@ pub fn refract(
 ) -> Result<(Layered, Option<Output>), GpuError> {
     let shader = gpu.shader(&traced("refraction::refract", request.refraction.method).feature("aov", request.aov))?;
     let viewpoint = request.viewpoint;
-    let margin = DVec3::splat(1e-3 * request.opaque.diameter().min(request.bounds.diameter()));
+    let margin = DVec3::splat(1e-3 * request.drawn.diameter().min(request.bounds.diameter()));
     let opaque_box = OpaqueBox {
         render_from_view: viewpoint.view_from_render(request.origin).inverse().as_mat4(),
-        low: (request.opaque.min - margin - request.origin).as_vec3(),
-        high: (request.opaque.max + margin - request.origin).as_vec3(),
+        low: (request.drawn.min - margin - request.origin).as_vec3(),
+        high: (request.drawn.max + margin - request.origin).as_vec3(),
     };
     let params = Params {
         absorption: request.glass.absorption.into(),

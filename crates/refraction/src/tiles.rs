@@ -15,7 +15,7 @@ fn tiles(size: [u32; 2]) -> u64 {
 #[must_use]
 pub fn over_listed_tiles(pass: ComputePass, size: [u32; 2]) -> ComputePass {
     // The listing side may read one row of workgroups past the last tile.
-    pass.scratch("tile_arguments", 16).scratch("tile_list", 4 * (tiles(size) + 16))
+    pass.scratch("tile_arguments", 16).scratch("tile_list", 4 * (tiles(size) + 32))
 }
 
 /// The dispatch that lists: one thread a tile, 64 a workgroup.

@@ -77,17 +77,21 @@ fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize
 
 /// Splits what a scene shows into glass bodies and the rest.
 pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec<Body>, Opaque), GeometryError> {
-    let glass_of =
-        |node, primitive| material_of(scene, node, primitive).filter(|&index| scene.materials[index].is_glass());
+    let glass_of = |node, primitive| {
+        let material = &scene.materials[material_of(scene, node, primitive)?];
+        material.is_glass().then(|| Glass::of(material))
+    };
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
     let mut nodes: Vec<NodeIndex> = glass.iter().map(|&(node, _)| node).collect();
     nodes.dedup();
     let by_node = nodes.len() <= MOST_BODIES;
-    type Key = (Option<NodeIndex>, Option<usize>);
+    // Primitives of one node and of equal optics are one body: a closed surface may be cut into several materials.
+    type Key = (Option<NodeIndex>, Glass);
     let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
     for (node, primitive) in glass {
-        let key = (by_node.then_some(node), glass_of(node, primitive));
+        let Some(optics) = glass_of(node, primitive) else { continue };
+        let key = (by_node.then_some(node), optics);
         match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, members)) => members.push((node, primitive)),
             None => groups.push((key, vec![(node, primitive)])),
@@ -95,9 +99,8 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
     }
     let bodies = groups
         .into_iter()
-        .map(|((_, material), members)| {
+        .map(|((_, glass), members)| {
             let geometry = Geometry::build(scene, &members)?;
-            let glass = material.map_or_else(|| Glass::of(&Material::default()), |m| Glass::of(&scene.materials[m]));
             Ok(Body { leaves: GeometryLeaves::new(&geometry), geometry, glass })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;

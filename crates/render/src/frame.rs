@@ -1,15 +1,15 @@
 //! The frame as a plan: one function, read from top to bottom, each line a pass or a pure step on the CPU.
 
 use encase::ShaderType;
-use glam::{DMat4, DVec2, DVec3, Mat4, UVec2, Vec3, Vec4};
+use glam::{DVec2, DVec3, Mat4, UVec2, Vec3, Vec4};
 use murano_animation::{Bounds, DeformedGeometry, Pose};
-use murano_caustics::{Cast, CausticMap, Caustics, Lamp, cone_cosines, deposit, emit, light_map_size, receive};
+use murano_caustics::CausticMap;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
     Glass, InterfaceMap, LISTED_TILES, Layered, Layers, RefractRequest, Viewpoint, interface_map, over_listed_tiles,
     rasterise, refract, texels, tile_threads,
 };
-use murano_scene::{LightKind, PlacedLight, Projection};
+use murano_scene::Projection;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
@@ -17,11 +17,6 @@ use crate::{
     bodies::{Body, Opaque},
     distant::Distant,
 };
-
-/// Texels a side of a lamp's view where no caustic map asks for another size.
-const SHADOW_MAP_SIZE: u32 = 1024;
-/// Texels a side of a lamp's view of a caster where there are no photons.
-const CASTER_MAP_SIZE: u32 = 512;
 
 /// What a frame is made from: a world made ready.
 pub(crate) struct Stock<'a> {
@@ -50,10 +45,10 @@ pub(crate) struct Planned {
 }
 
 /// What the eye sees of the opaque scene.
-struct OpaquePicture {
-    layered: Layered,
-    surfaces: Output,
-    albedo: Output,
+pub(crate) struct OpaquePicture {
+    pub(crate) layered: Layered,
+    pub(crate) surfaces: Output,
+    pub(crate) albedo: Output,
 }
 
 #[derive(ShaderType)]
@@ -61,16 +56,6 @@ struct OpaqueParams {
     render_from_view: Mat4,
     ambient: [Vec4; 9],
     fade_centre: Vec3,
-}
-
-#[derive(ShaderType)]
-struct LampParams {
-    lamp_from_eye: Mat4,
-    intensity: Vec3,
-    punctual: f32,
-    cos_outer: f32,
-    cos_inner: f32,
-    range: f32,
 }
 
 #[derive(ShaderType)]
@@ -89,17 +74,21 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let glass_bounds = visible.fold(Bounds::EMPTY, |all, (_, one)| all.union(*one));
     let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
     let eye = eye(&request.view, request.size);
-    let reach = 4.0 * glass_bounds.union(opaque_bounds).diameter();
+    // A power of two, so that a body moving about does not change it.
+    let reach = (4.0 * glass_bounds.union(opaque_bounds).diameter()).max(1e-12).log2().ceil().exp2();
     let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
 
-    let mut frame = FramePlan { stock, request, origin, eye, opaque_bounds, reach, environment, accounts: Vec::new() };
+    let mut frame = FramePlan { stock, request, origin, eye, reach, environment, accounts: Vec::new() };
     let opaque = stock.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let seen = frame.opaque(&mut plan, &opaque)?;
     let (mut layered, light_layers) = frame.light(&mut plan, &opaque, &opaque_bounds, &bodies, &glass_bounds, &seen)?;
     let mut paths = Vec::new();
+    // Each body is in the picture that the next, nearer one looks at.
+    let mut drawn = opaque_bounds;
     for body in back_to_front(&bodies, &eye) {
-        layered = frame.refract(&mut plan, body, layered, &mut paths)?;
+        layered = frame.refract(&mut plan, body, layered, &drawn, &mut paths)?;
+        drawn = drawn.union(body.bounds);
     }
     let picture = frame.composite(&mut plan, layered)?;
     let accounts = frame.accounts;
@@ -107,11 +96,11 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
 }
 
 /// A glass body in this frame.
-struct PosedBody {
-    index: u32,
-    glass: Glass,
-    deformed: DeformedGeometry,
-    bounds: Bounds,
+pub(crate) struct PosedBody {
+    pub(crate) index: u32,
+    pub(crate) glass: Glass,
+    pub(crate) deformed: DeformedGeometry,
+    pub(crate) bounds: Bounds,
 }
 
 /// Farthest first.
@@ -151,16 +140,16 @@ pub(crate) fn eye(view: &View, size: [u32; 2]) -> Viewpoint {
     }
 }
 
-struct FramePlan<'a> {
-    stock: &'a Stock<'a>,
-    request: &'a FrameRequest,
-    origin: DVec3,
-    eye: Viewpoint,
-    opaque_bounds: Bounds,
+/// A frame while it is declared.
+pub(crate) struct FramePlan<'a> {
+    pub(crate) stock: &'a Stock<'a>,
+    pub(crate) request: &'a FrameRequest,
+    pub(crate) origin: DVec3,
+    pub(crate) eye: Viewpoint,
     /// How far photons are followed, metres.
-    reach: f64,
+    pub(crate) reach: f64,
     environment: Output,
-    accounts: Vec<CausticMap>,
+    pub(crate) accounts: Vec<CausticMap>,
 }
 
 impl FramePlan<'_> {
@@ -216,145 +205,13 @@ impl FramePlan<'_> {
         })
     }
 
-    /// Adds every lamp's light, with shadows and caustics.
-    fn light(
-        &mut self,
-        plan: &mut Plan<Work>,
-        opaque: &DeformedGeometry,
-        opaque_bounds: &Bounds,
-        bodies: &[PosedBody],
-        glass_bounds: &Bounds,
-        seen: &OpaquePicture,
-    ) -> Result<(Layered, Vec<Output>), GpuError> {
-        let mut layered = seen.layered;
-        let mut layers = Vec::new();
-        let everything = glass_bounds.union(*opaque_bounds);
-        let casters = if glass_bounds.is_empty() { opaque_bounds } else { glass_bounds };
-        for (number, placed) in (0..).zip(&self.request.lights) {
-            if opaque.triangle_count == 0 {
-                plan.cull("illuminate", number, "there is nothing opaque to light")?;
-                continue;
-            }
-            let lit = placed.light.intensity > 0.0 && placed.light.color != Vec3::ZERO;
-            if !lit {
-                plan.cull("illuminate", number, "the light is out")?;
-                continue;
-            }
-            let map_size = self.request.caustics.map_or(SHADOW_MAP_SIZE, |caustics| caustics.map_size);
-            let lamp = Lamp::new(placed, casters, &everything, map_size);
-            let receivers = interface_map(
-                self.stock.gpu,
-                plan,
-                ("receivers", number),
-                opaque,
-                &lamp.receivers,
-                self.origin,
-                Layers::Nearest,
-            )?
-            .front;
-            let reachable = lamp.receivers.sees(opaque_bounds);
-            let mut received = None;
-            for body in bodies {
-                let pair = number * self.stock.bodies.len() as u32 + body.index;
-                if !reachable {
-                    plan.cull("emit", pair, "no receiver is in the light's view")?;
-                    continue;
-                }
-                received = self.cast(plan, pair, &lamp, body, receivers, seen.surfaces, received)?;
-            }
-            let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
-            layered.colour = colour;
-            layers.extend(layer);
-        }
-        Ok((layered, layers))
-    }
-
-    /// One caster under one lamp: its shadow and its caustic at what the eye sees.
-    #[allow(clippy::too_many_arguments)]
-    fn cast(
-        &mut self,
-        plan: &mut Plan<Work>,
-        pair: u32,
-        lamp: &Lamp,
-        body: &PosedBody,
-        receivers: Output,
-        surfaces: Output,
-        before: Option<Output>,
-    ) -> Result<Option<Output>, GpuError> {
-        let caustics: Option<&Caustics> = self.request.caustics.as_ref();
-        let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
-        let viewpoint = match lamp.caster_viewpoint(&body.bounds, size) {
-            Ok(viewpoint) => viewpoint,
-            Err(reason) => {
-                plan.cull("light_map", pair, reason)?;
-                return Ok(before);
-            }
-        };
-        let gpu = self.stock.gpu;
-        let refraction = &self.request.refraction;
-        let layers = refraction.method.layers();
-        let map = interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
-        let cast = Cast {
-            instance: pair,
-            lamp,
-            viewpoint: &viewpoint,
-            map: &map,
-            bounds: &body.bounds,
-            glass: &body.glass,
-            origin: self.origin,
-        };
-        let mut caustic_map = None;
-        if let Some(caustics) = caustics {
-            let photons = emit(gpu, plan, &cast, caustics, refraction)?;
-            let deposited = deposit(gpu, plan, &cast, caustics, photons, receivers, self.reach)?;
-            self.accounts.push(deposited);
-            caustic_map = Some(deposited.flux);
-        }
-        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map, before)?))
-    }
-
-    #[allow(clippy::too_many_arguments)]
-    fn illuminate(
-        &self,
-        plan: &mut Plan<Work>,
-        number: u32,
-        lamp: &Lamp,
-        receivers: Output,
-        received: Option<Output>,
-        seen: &OpaquePicture,
-        unlit: Output,
-    ) -> Result<(Output, Option<Output>), GpuError> {
-        let spec = ShaderSpec::new("render::illuminate")
-            .feature("casters", received.is_some())
-            .feature("aov", self.request.aov);
-        let shader = self.stock.gpu.shader(&spec)?;
-        let count = texels(self.eye.size);
-        let mut pass = ComputePass::new("illuminate", number)
-            .value("params", &lamp_params(lamp.placed(), &self.eye.world_from_view))
-            .value("eye", &self.eye.uniform(self.origin))
-            .value("receiver_viewpoint", &lamp.receivers.uniform(self.origin))
-            .value("render_from_eye", &self.eye.view_from_render(self.origin).inverse().as_mat4())
-            .input("surfaces", seen.surfaces)
-            .input("albedo", seen.albedo)
-            .input("receivers", receivers)
-            .input("unlit", unlit)
-            .output("colour", 16 * count);
-        if let Some(received) = received {
-            pass = pass.input("received", received);
-        }
-        if self.request.aov {
-            pass = pass.cleared_output("light_layers", 32 * count);
-        }
-        let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?;
-        Ok((outputs[0], outputs.get(1).copied()))
-    }
-
     /// Draws one body over what lies behind it.
     fn refract(
         &self,
         plan: &mut Plan<Work>,
         body: &PosedBody,
         behind: Layered,
+        drawn: &Bounds,
         paths: &mut Vec<Output>,
     ) -> Result<Layered, GpuError> {
         if !self.eye.sees(&body.bounds) {
@@ -380,7 +237,7 @@ impl FramePlan<'_> {
             bounds: &body.bounds,
             glass: &body.glass,
             refraction,
-            opaque: &self.opaque_bounds,
+            drawn,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
@@ -408,58 +265,5 @@ impl FramePlan<'_> {
             .dispatch(&shader, "main", Groups::tiles(self.request.size))
             .add_to(plan)?;
         Ok(outputs[0])
-    }
-}
-
-fn lamp_params(placed: &PlacedLight, world_from_eye: &DMat4) -> LampParams {
-    let light = &placed.light;
-    let (cos_outer, cos_inner) = cone_cosines(light.kind);
-    LampParams {
-        lamp_from_eye: (placed.world_from_light.inverse() * *world_from_eye).as_mat4(),
-        intensity: light.color * light.intensity,
-        punctual: f32::from(u8::from(light.kind != LightKind::Directional)),
-        cos_outer,
-        cos_inner,
-        range: if light.range.is_finite() { light.range } else { 0.0 },
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use murano_gpu::{Shader, check_uniform_layout};
-
-    use super::*;
-
-    #[test]
-    fn shader_and_rust_agree_on_layouts() {
-        let matrix = Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0));
-        let opaque = Shader::link(&ShaderSpec::new("render::opaque")).unwrap();
-        check_uniform_layout!(
-            opaque,
-            "Params",
-            OpaqueParams {
-                render_from_view: matrix,
-                ambient: std::array::from_fn(|i| Vec4::splat(i as f32 + 1.0)),
-                fade_centre: Vec3::new(20.0, 21.0, 22.0),
-            }
-        )
-        .unwrap();
-        let illuminate = Shader::link(&ShaderSpec::new("render::illuminate")).unwrap();
-        check_uniform_layout!(
-            illuminate,
-            "Params",
-            LampParams {
-                lamp_from_eye: matrix,
-                intensity: Vec3::new(1.0, 2.0, 3.0),
-                punctual: 4.0,
-                cos_outer: 5.0,
-                cos_inner: 6.0,
-                range: 7.0,
-            }
-        )
-        .unwrap();
-        let composite = Shader::link(&ShaderSpec::new("render::composite")).unwrap();
-        let size = UVec2::new(1, 2);
-        check_uniform_layout!(composite, "Params", CompositeParams { size: size, exposure: 3.0, curve: 4 }).unwrap();
     }
 }

@@ -4,6 +4,7 @@ mod aov;
 mod bodies;
 mod distant;
 mod frame;
+mod lighting;
 mod materials;
 mod renderer;
 mod request;

@@ -1,10 +1,9 @@
 //! The renderer: a world made ready for a device, and the frames it is asked for.
 
-use std::time::Instant;
-
 use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, LoopMode, Pose, clip_time};
 use murano_gpu::{Executed, Gpu, GpuError, Work};
+use murano_scene::{PlacedLight, Projection};
 use murano_scheduler::{History, Output, Plan};
 
 use crate::{
@@ -28,6 +27,11 @@ pub enum RenderError {
     #[error("{0}")]
     Request(String),
 }
+
+/// Steps beyond which no search gains anything in f32.
+const MOST_STEPS: u32 = 64;
+/// Photons, and texels of a map, along a side.
+const MOST_PHOTONS: u32 = 8192;
 
 /// A world on a device.
 pub struct Renderer {
@@ -90,7 +94,6 @@ impl Renderer {
     /// # Errors
     /// [`RenderError`]: an impossible request, or the device.
     pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
-        let start = Instant::now();
         check(request, &self.world)?;
         let pose = self.pose(request.clip, request.time);
         let stock = Stock {
@@ -117,7 +120,6 @@ impl Renderer {
             gpu_ms: passes.iter().filter_map(|pass| pass.gpu_ms).sum(),
             passes,
             cache_bytes: self.gpu.cache_bytes(),
-            cpu_ms: start.elapsed().as_secs_f64() * 1e3,
         })
     }
 
@@ -169,6 +171,7 @@ impl Renderer {
         let targets: Vec<Output> =
             planned.accounts.iter().flat_map(|deposited| [deposited.account, deposited.flux]).collect();
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, Skipping::On)?;
+        let texels = request.caustics.map_or(0, |caustics| (caustics.map_size as usize).pow(2));
         Ok(planned
             .accounts
             .iter()
@@ -178,7 +181,7 @@ impl Renderer {
                 CausticAccount {
                     sent: f64::from(units[0]) * deposited.watts_per_unit,
                     landed: f64::from(units[1]) * deposited.watts_per_unit,
-                    map: bytemuck::pod_collect_to_vec(&buffers[1]),
+                    map: bytemuck::cast_slice(&buffers[1]).iter().copied().take(texels).collect(),
                 }
             })
             .collect())
@@ -215,10 +218,26 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
     if !request.time.is_finite() || !request.view.world_from_view.is_finite() || !ahead {
         return wrong("time and camera must be finite, and the near distance positive".into());
     }
+    let sound_projection = match request.view.projection {
+        Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f64::consts::PI,
+        Projection::Orthographic { half_height } => half_height > 0.0 && half_height.is_finite(),
+    };
+    if !sound_projection || request.view.world_from_view.determinant() == 0.0 {
+        return wrong("the camera needs a field of view between 0 and 180 degrees and a rigid place".into());
+    }
+    let unsound_light = |lamp: &PlacedLight| {
+        !lamp.world_from_light.is_finite() || !lamp.light.color.is_finite() || !lamp.light.intensity.is_finite()
+    };
+    if !request.exposure.is_finite() || request.lights.iter().any(unsound_light) {
+        return wrong("exposure, and every light's place, colour and intensity must be finite".into());
+    }
+    if request.refraction.steps > MOST_STEPS {
+        return wrong(format!("{} search steps; at most {MOST_STEPS} make sense", request.refraction.steps));
+    }
     if let Some(caustics) = request.caustics
-        && (caustics.photons == 0 || caustics.map_size == 0)
+        && [caustics.photons, caustics.map_size].iter().any(|&side| side == 0 || side > MOST_PHOTONS)
     {
-        return wrong("caustics need at least one photon and one texel a side".into());
+        return wrong(format!("photons and texels a side of a caustic map must lie between 1 and {MOST_PHOTONS}"));
     }
     Ok(())
 }

@@ -115,8 +115,6 @@ pub struct Frame {
     pub aov: Option<Aov>,
     /// Every pass of the plan in order.
     pub passes: Vec<PassReport>,
-    /// Wall time of planning, recording and waiting, milliseconds.
-    pub cpu_ms: f64,
     /// Sum of the passes' GPU times, milliseconds.
     pub gpu_ms: f64,
     /// Bytes of GPU memory the cache holds after this frame.

@@ -11,6 +11,7 @@ mod writers;
 pub use destination::prepare_folder;
 pub use whole_file::write_whole;
 
+use std::time::Instant;
 use std::{
     path::PathBuf,
     sync::{
@@ -199,12 +200,14 @@ impl Export<'_> {
                 return Err(Interrupted.into());
             }
             let request = self.stage.request(f64::from(number) / fps, &settings);
+            let start = Instant::now();
             let frame = self.renderer.render(&request).with_context(|| format!("frame {number}"))?;
+            let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
             if self.arguments.explain {
-                progress.note(&report::explanation(number, request.time, &frame));
+                progress.note(&report::explanation(number, request.time, cpu_ms, &frame));
             }
             if self.arguments.json {
-                say_json(&FrameLine::new(number, request.time, &frame))?;
+                say_json(&FrameLine::new(number, request.time, cpu_ms, &frame))?;
             }
             outputs.take(number, frame)?;
             progress.advance();

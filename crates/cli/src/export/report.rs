@@ -24,15 +24,15 @@ struct PassLine<'a> {
 }
 
 impl<'a> FrameLine<'a> {
-    /// `time` is the time in the clip, seconds.
-    pub fn new(number: u32, time: f64, frame: &'a Frame) -> Self {
+    /// `time` is the time in the clip, seconds; `cpu_ms` the wall time of planning, recording and waiting.
+    pub fn new(number: u32, time: f64, cpu_ms: f64, frame: &'a Frame) -> Self {
         let passes = frame.passes.iter().map(|pass| PassLine {
             name: &pass.name,
             decision: pass.decision,
             reason: &pass.reason,
             gpu_ms: pass.gpu_ms,
         });
-        Self { frame: number, time, cpu_ms: frame.cpu_ms, gpu_ms: frame.gpu_ms, passes: passes.collect() }
+        Self { frame: number, time, cpu_ms, gpu_ms: frame.gpu_ms, passes: passes.collect() }
     }
 }
 
@@ -50,10 +50,9 @@ pub fn summary(frames: u32, seconds: f64) -> Summary {
 }
 
 /// `--explain`: a line a pass.
-pub fn explanation(number: u32, time: f64, frame: &Frame) -> String {
+pub fn explanation(number: u32, time: f64, cpu_ms: f64, frame: &Frame) -> String {
     let mut text = format!(
-        "frame {number}  t = {time:.4} s  cpu {:.1} ms  gpu {:.1} ms  cache {:.1} MiB",
-        frame.cpu_ms,
+        "frame {number}  t = {time:.4} s  cpu {cpu_ms:.1} ms  gpu {:.1} ms  cache {:.1} MiB",
         frame.gpu_ms,
         frame.cache_bytes as f64 / f64::from(1 << 20)
     );
