@@ -257,12 +257,16 @@ impl FramePlan<'_> {
                 ToneMap::Agx => 2,
             },
         };
-        let outputs = ComputePass::new("composite", 0)
+        let size = self.request.size;
+        let pass = ComputePass::new("composite", 0)
             .value("params", &params)
             .input("colour", layered.colour)
             .input("cover", layered.cover)
-            .output("picture", 4 * texels(self.request.size))
-            .dispatch(&shader, "main", Groups::tiles(self.request.size))
+            .output("picture", 4 * texels(size));
+        let outputs = over_listed_tiles(pass, size)
+            .dispatch(&shader, "plain", Groups::tiles(size))
+            .dispatch(&shader, "list", tile_threads(size))
+            .dispatch(&shader, "silhouettes", LISTED_TILES)
             .add_to(plan)?;
         Ok(outputs[0])
     }
