@@ -12,9 +12,9 @@ use murano_scheduler::{Output, Plan};
 use crate::frame::{FramePlan, OpaquePicture, PosedBody};
 
 /// Texels a side of a lamp's view where no caustic map asks for another size.
-const SHADOW_MAP_SIZE: u32 = 1024;
+const SHADOW_MAP_SIZE: u32 = 512;
 /// Texels a side of a lamp's view of a caster where there are no photons.
-const CASTER_MAP_SIZE: u32 = 512;
+const CASTER_MAP_SIZE: u32 = 384;
 
 #[derive(ShaderType)]
 struct LampParams {
@@ -103,7 +103,8 @@ impl FramePlan<'_> {
         };
         let gpu = self.stock.gpu;
         let refraction = &self.request.refraction;
-        let layers = refraction.method.layers();
+        // A shadow needs no second interface.
+        let layers = caustics.map_or(Layers::Nearest, |_| refraction.method.layers());
         let map = interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
         let cast = Cast {
             instance: pair,

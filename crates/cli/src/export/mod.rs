@@ -113,7 +113,16 @@ impl Arguments {
     /// Layers of the .exr beside each frame. A frame that is itself an .exr holds linear radiance unless told otherwise.
     fn layers(&self, destination: Option<&Destination>) -> Vec<String> {
         let plain_exr = destination.is_some_and(|destination| destination.format() == Format::Exr);
-        if self.aov.is_empty() && plain_exr { vec!["radiance".into()] } else { self.aov.clone() }
+        if self.aov.is_empty() && plain_exr {
+            return vec!["radiance".into()];
+        }
+        let mut layers: Vec<String> = Vec::new();
+        for layer in &self.aov {
+            if !layers.contains(layer) {
+                layers.push(layer.clone());
+            }
+        }
+        layers
     }
 }
 

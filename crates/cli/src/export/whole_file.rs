@@ -7,7 +7,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 
 /// The name under which `path` is written before it is whole: in the same folder, so that the renaming is atomic.
 pub fn partial(path: &Path) -> PathBuf {
@@ -22,8 +22,13 @@ pub fn partial(path: &Path) -> PathBuf {
 /// # Errors
 /// What `write` or the system reports; the message names the file.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<()> {
-    let partial = partial(path);
-    write_and_rename(&partial, path, write)
+    // A link keeps pointing at what is written; a device or a pipe is no place to rename a file over.
+    let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if target.exists() && !target.is_file() {
+        bail!("{} is not a regular file; name a file to be written", path.display());
+    }
+    let partial = partial(&target);
+    write_and_rename(&partial, &target, write)
         .inspect_err(|_| {
             // Nothing more can be done about a file that was not even created.
             let _ = fs::remove_file(&partial);
