@@ -70,9 +70,11 @@ pub fn rasterise(
         .scratch("keys", 4 * u64::from(count) * texels(size))
         .scratch("large_count", 4)
         .scratch("large", 4 * geometry.triangle_count as u64)
+        .scratch("kept", 4 * geometry.triangle_count as u64)
+        .scratch("kept_arguments", 16)
         .dispatch(&shader, "small_depth", each)
         .dispatch(&shader, "large_depth", shared)
-        .dispatch(&shader, "small_triangle", each)
+        .dispatch(&shader, "small_triangle", Groups::Indirect("kept_arguments", 0))
         .dispatch(&shader, "large_triangle", shared))
 }
 
