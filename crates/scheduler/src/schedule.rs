@@ -50,11 +50,11 @@ impl Decision {
         }
     }
 
-    /// Why, in a few words; empty for a reused pass.
+    /// Why, in a few words.
     pub fn reason(&self) -> String {
         match self {
             Self::Ran(reason) => reason.to_string(),
-            Self::Reused => String::new(),
+            Self::Reused => "nothing that runs needs it anew".into(),
             Self::Culled(reason) => (*reason).to_owned(),
         }
     }
