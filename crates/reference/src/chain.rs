@@ -1,0 +1,66 @@
+//! Every interface that the refracted light meets.
+
+use glam::DVec3;
+use murano_optics::snell;
+use rayon::prelude::*;
+
+use crate::{Camera, Departure, Facing, Ray, Status, World};
+
+/// Light refracted through all interfaces ahead of it: total reflection is followed, and so is what enters a body again.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Chain {
+    /// [`Status::TotallyReflected`] stands for a chain still inside the glass after the last bounce.
+    pub status: Status,
+    /// Where it left the glass for the last time, metres; zero unless it left.
+    pub origin: DVec3,
+    /// Its direction from there, unit; zero unless it left.
+    pub exit: DVec3,
+    /// Interfaces met.
+    pub bounces: u32,
+    /// Length inside of glass, metres.
+    pub path_length: f64,
+}
+
+/// Follows one ray over at most `bounces` interfaces. The first interface refracts; nothing is reflected but totally.
+pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
+    let Some(first) = world.first_glass(ray) else { return Chain::default() };
+    let mut chain = Chain { status: Status::TotallyReflected, ..Chain::default() };
+    let (mut ray, mut contact, mut inside) = (*ray, first, false);
+    loop {
+        let body = &world.bodies[contact.body];
+        let facing = contact.hit.facing(ray.direction);
+        let eta = match facing {
+            Facing::Front => body.ior.recip(),
+            Facing::Back => body.ior,
+        };
+        if inside {
+            chain.path_length += contact.hit.t;
+        }
+        let refracted = snell(ray.direction, contact.hit.normal_against(ray.direction), eta);
+        inside = (facing == Facing::Front) != refracted.tir;
+        ray = Ray { origin: contact.hit.position, direction: refracted.direction };
+        chain.bounces += 1;
+        let from = Departure::Element(contact.hit.element);
+        let next = if inside {
+            world.next_glass(&ray, contact.body, from, Some(contact.body))
+        } else {
+            world.next_glass(&ray, contact.body, from, None)
+        };
+        let Some(next) = next else {
+            return if inside {
+                Chain { status: Status::NoExit, ..chain }
+            } else {
+                Chain { status: Status::Left, origin: ray.origin, exit: ray.direction, ..chain }
+            };
+        };
+        if chain.bounces >= bounces {
+            return chain;
+        }
+        contact = next;
+    }
+}
+
+/// The chain through the centre of every pixel, row by row from the upper left, over at most `bounces` interfaces.
+pub fn all_interfaces(world: &World, camera: &Camera, bounces: u32) -> Vec<Chain> {
+    (0..camera.pixels()).into_par_iter().map(|pixel| trace_all(world, &camera.pixel_ray(pixel), bounces)).collect()
+}

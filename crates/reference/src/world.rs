@@ -1,0 +1,165 @@
+//! What is traced.
+
+use glam::DVec3;
+use murano_animation::{Geometry, GeometryError, Pose, deform_f64, shown_primitives};
+use murano_optics::absorption_coefficient;
+use murano_scene::{Material, NodeIndex, Scene};
+
+use crate::{Departure, Facing, Hit, InvalidMesh, Ray, Shape, TriangleMesh};
+
+/// A body of clear or coloured glass.
+pub struct GlassBody {
+    /// Its surface.
+    pub shape: Shape,
+    /// Index of refraction relative to air, positive.
+    pub ior: f64,
+    /// Absorption per metre, linear RGB.
+    pub absorption: DVec3,
+    /// Factor on what is transmitted, linear RGB.
+    pub tint: DVec3,
+}
+
+impl GlassBody {
+    /// Clear glass.
+    pub fn clear(shape: Shape, ior: f64) -> Self {
+        Self { shape, ior, absorption: DVec3::ZERO, tint: DVec3::ONE }
+    }
+}
+
+/// Everything that is shaded, as one mesh.
+pub struct Opaque {
+    /// Triangles.
+    pub mesh: TriangleMesh,
+    /// The same with its materials, texture coordinates and colours.
+    pub geometry: Geometry,
+    /// Vertices in `geometry` of each triangle's corners, in the mesh's order: a mirrored instance is wound the other way.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A ray met a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// An index into [`World::bodies`].
+    pub body: usize,
+    /// Where.
+    pub hit: Hit,
+}
+
+/// Glass bodies and opaque things.
+#[derive(Default)]
+pub struct World {
+    /// Glass.
+    pub bodies: Vec<GlassBody>,
+    /// Opaque things; `None` when there are none.
+    pub opaque: Option<Opaque>,
+}
+
+/// Why a scene cannot be traced.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum WorldError {
+    /// Too many vertices.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// A deformed mesh that cannot be traced.
+    #[error("in this pose {0}")]
+    Mesh(#[from] InvalidMesh),
+}
+
+impl World {
+    /// A world of one body.
+    pub fn of_body(body: GlassBody) -> Self {
+        Self { bodies: vec![body], opaque: None }
+    }
+
+    /// What a scene shows in a pose, deformed in f64. Primitives of one node that are of the same glass are one body.
+    ///
+    /// # Errors
+    /// [`WorldError`] when the scene is too large or the pose is not finite.
+    pub fn of_scene(scene: &Scene, pose: &Pose) -> Result<Self, WorldError> {
+        type Part = (NodeIndex, usize);
+        let mut groups: Vec<(NodeIndex, &Material, Vec<Part>)> = Vec::new();
+        let mut opaque: Vec<Part> = Vec::new();
+        for (node, primitive) in shown_primitives(scene) {
+            let glass = material_of(scene, node, primitive).filter(|material| material.is_glass());
+            let Some(material) = glass else {
+                opaque.push((node, primitive));
+                continue;
+            };
+            let same =
+                |(other, filed, _): &&mut (NodeIndex, &Material, _)| *other == node && same_glass(filed, material);
+            match groups.iter_mut().find(same) {
+                Some((_, _, parts)) => parts.push((node, primitive)),
+                None => groups.push((node, material, vec![(node, primitive)])),
+            }
+        }
+        let bodies = groups
+            .into_iter()
+            .map(|(_, material, parts)| {
+                let Opaque { mesh, .. } = traced(scene, pose, &parts)?;
+                Ok(GlassBody {
+                    shape: Shape::Mesh(mesh),
+                    ior: material.ior,
+                    absorption: absorption_coefficient(
+                        material.attenuation_color.as_dvec3(),
+                        f64::from(material.attenuation_distance),
+                    ),
+                    tint: material.base_color.truncate().as_dvec3() * f64::from(material.transmission),
+                })
+            })
+            .collect::<Result<_, WorldError>>()?;
+        let opaque = if opaque.is_empty() { None } else { Some(traced(scene, pose, &opaque)?) };
+        Ok(Self { bodies, opaque })
+    }
+
+    /// The first front face of glass that the ray meets, unless something opaque is in front of it.
+    pub fn first_glass(&self, ray: &Ray) -> Option<Contact> {
+        let mut nearest: Option<Contact> = None;
+        for (body, glass) in self.bodies.iter().enumerate() {
+            let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
+            if let Some(hit) = glass.shape.nearest(ray, Departure::Free, Some(Facing::Front), farthest) {
+                nearest = nearest.filter(|contact| contact.hit.t <= hit.t).or(Some(Contact { body, hit }));
+            }
+        }
+        nearest.filter(|contact| !self.blocked(ray, contact.hit.t))
+    }
+
+    /// The next face of glass, of either side, that a ray meets which leaves `element` of body `from`; of body `only`, if
+    /// one is given. Opaque things do not count.
+    pub fn next_glass(&self, ray: &Ray, from: usize, element: Departure, only: Option<usize>) -> Option<Contact> {
+        let mut nearest: Option<Contact> = None;
+        for (body, glass) in self.bodies.iter().enumerate().filter(|(body, _)| only.is_none_or(|only| only == *body)) {
+            let departure = if body == from { element } else { Departure::Free };
+            let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
+            if let Some(hit) = glass.shape.nearest(ray, departure, None, farthest) {
+                nearest = nearest.filter(|contact| contact.hit.t <= hit.t).or(Some(Contact { body, hit }));
+            }
+        }
+        nearest
+    }
+
+    /// Whether something opaque lies on the ray within `farthest` metres.
+    pub fn blocked(&self, ray: &Ray, farthest: f64) -> bool {
+        self.opaque.as_ref().is_some_and(|opaque| opaque.mesh.blocks(ray, Departure::Free, farthest))
+    }
+}
+
+fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<&Material> {
+    let mesh = &scene.meshes[scene.nodes[node].mesh?];
+    scene.materials.get(mesh.primitives.get(primitive)?.material?)
+}
+
+fn same_glass(a: &Material, b: &Material) -> bool {
+    a.ior == b.ior
+        && a.attenuation_color == b.attenuation_color
+        && a.attenuation_distance == b.attenuation_distance
+        && a.base_color == b.base_color
+        && a.transmission == b.transmission
+}
+
+fn traced(scene: &Scene, pose: &Pose, parts: &[(NodeIndex, usize)]) -> Result<Opaque, WorldError> {
+    let geometry = Geometry::build(scene, parts)?;
+    let deformed = deform_f64(&geometry, scene, pose);
+    let triangles = geometry.oriented_triangles(pose);
+    let mesh = TriangleMesh::of(&deformed, &triangles)?;
+    Ok(Opaque { mesh, geometry, triangles })
+}
