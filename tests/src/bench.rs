@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use exr::prelude::{FlatSamples, f16, read_first_flat_layer_from_file};
 use glam::DVec3;
-use murano_gpu::{AdapterChoice, Gpu};
+use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
 use murano_optics::Ior;
 use murano_refraction::{Method, Refraction};
 use murano_render::{Aov, Extent, FrameRequest, Renderer, Skipping, Stage, ToneMap, View, World};
@@ -25,12 +25,14 @@ pub fn shared(name: &str) -> Option<PathBuf> {
     Some(path)
 }
 
-/// The adapter that tests run on: the best there is, often a software one.
+/// The adapter that tests run on: the best there is, often a software one. Everything that a pass writes is checked to be
+/// finite.
 ///
 /// # Panics
 /// Without any adapter; the message says what to install.
 pub fn gpu() -> Gpu {
-    Gpu::new(&AdapterChoice::Best).unwrap_or_else(|error| panic!("{error}"))
+    let gpu = Gpu::new(&AdapterChoice::Best).unwrap_or_else(|error| panic!("{error}"));
+    gpu.with_output_checks(OutputChecks::NonFinite)
 }
 
 /// A model whose materials are all clear glass of one index of refraction, alone in the dark.

@@ -144,8 +144,9 @@ fn a_slab_lets_light_leave_as_it_came() {
     let face_on = View::look_at(DVec3::new(0.0, 4.0, 0.0), DVec3::ZERO, 0.6);
     let tilted = View::look_at(DVec3::new(1.2, 2.6, 1.8), DVec3::ZERO, 0.7);
     for (name, view) in [("slab face-on", face_on), ("slab tilted", tilted)] {
-        // Planes are exact in the map. Near the plate's upper edge Newton steps beside the silhouette and may lose its way.
-        for (method, wrong) in [(Method::Sir, 0.0), (Method::Dir, 0.0), (Method::Newton, 0.004)] {
+        // Planes are exact in the map. Where light leaves within a texel of the outline, searches step beside it and stop
+        // short: they guess right here, and say that they guess.
+        for (method, wrong) in [(Method::Sir, 0.0), (Method::Dir, 0.005), (Method::Newton, 0.005)] {
             let errors = measure(&mut renderer, &[view], method, &truth);
             report(name, 1.5, method, &errors);
             assert!(errors.exit.max <= 1e-3, "{name} {method}: {}", errors.exit);

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::{GpuError, pipeline::Pipelines, shader::ShaderLibrary, store::Store};
+use crate::{GpuError, OutputChecks, pipeline::Pipelines, shader::ShaderLibrary, store::Store};
 
 /// Which adapter to use.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,6 +42,7 @@ pub struct Gpu {
     pub(crate) shaders: ShaderLibrary,
     pub(crate) pipelines: Mutex<Pipelines>,
     pub(crate) store: Mutex<Store>,
+    pub(crate) output_checks: OutputChecks,
     failure: Arc<Mutex<Option<String>>>,
 }
 
@@ -142,8 +143,15 @@ impl Gpu {
             queue,
             info,
             timestamps,
+            output_checks: OutputChecks::default(),
             failure,
         })
+    }
+
+    /// The same device, on which every pass is followed by these checks of what it wrote.
+    #[must_use]
+    pub fn with_output_checks(self, output_checks: OutputChecks) -> Self {
+        Self { output_checks, ..self }
     }
 
     /// Every adapter of this machine, best first.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::NonFinite;
+
 /// A GPU error; the message says what to do next.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
@@ -62,6 +64,9 @@ pub enum GpuError {
         /// Output slot.
         output: String,
     },
+    /// A pass wrote a NaN or an infinity ([`crate::OutputChecks::NonFinite`]).
+    #[error("{0}; no input may lead to this: please report it with the command and the files")]
+    NonFinite(NonFinite),
     /// The plan contradicts itself: a defect of the program.
     #[error(transparent)]
     Plan(#[from] murano_scheduler::PlanError),

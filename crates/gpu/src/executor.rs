@@ -6,8 +6,9 @@ use murano_scheduler::{History, Output, PassIndex, Plan, Schedule, Skipping, Sta
 use wgpu::util::DeviceExt;
 
 use crate::{
-    Gpu, GpuError,
-    pass::{Leaf, Recording, Work},
+    Gpu, GpuError, OutputChecks,
+    finite::FiniteChecks,
+    pass::{Dispatch, Leaf, Recording, Work},
     store::Resource,
 };
 
@@ -37,6 +38,7 @@ struct Recorder<'a> {
     plan: &'a Plan<Work>,
     encoder: wgpu::CommandEncoder,
     comparisons: Vec<Comparison>,
+    checks: Option<FiniteChecks>,
     /// Buffers to recycle once the frame is done.
     temporary: Vec<Resource>,
 }
@@ -52,7 +54,8 @@ impl Gpu {
     /// Resolves a plan against the store, runs what has to run and reads back the targets.
     ///
     /// # Errors
-    /// [`GpuError`] of any kind; [`GpuError::Stale`] if `skipping` is `Verify` and a rerun gave other bits.
+    /// [`GpuError`] of any kind; [`GpuError::Stale`] if `skipping` is `Verify` and a rerun gave other bits;
+    /// [`GpuError::NonFinite`] if outputs are checked and one is not finite.
     pub fn execute(
         &self,
         plan: &Plan<Work>,
@@ -100,7 +103,14 @@ impl Gpu {
             })
         });
         let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("frame") });
-        let mut recorder = Recorder { plan, encoder, comparisons: Vec::new(), temporary: Vec::new() };
+        let checks = match self.output_checks {
+            OutputChecks::Off => None,
+            OutputChecks::NonFinite => {
+                let outputs = executed.iter().map(|(_, step)| step.outputs.len()).sum();
+                Some(FiniteChecks::new(self, outputs)?)
+            }
+        };
+        let mut recorder = Recorder { plan, encoder, comparisons: Vec::new(), checks, temporary: Vec::new() };
         for (index, (pass, step)) in executed.iter().enumerate() {
             let writes = queries.as_ref().map(|query_set| wgpu::ComputePassTimestampWrites {
                 query_set,
@@ -109,7 +119,7 @@ impl Gpu {
             });
             self.record(&mut recorder, *pass, step, writes)?;
         }
-        let Recorder { mut encoder, comparisons, temporary, .. } = recorder;
+        let Recorder { mut encoder, comparisons, checks, temporary, .. } = recorder;
         let times = queries.as_ref().map(|set| {
             let bytes = 16 * executed.len() as u64;
             let resolved = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -132,6 +142,7 @@ impl Gpu {
             .iter()
             .map(|pair| (self.stage(&mut encoder, &pair.cached), self.stage(&mut encoder, &pair.again)))
             .collect();
+        let findings = checks.as_ref().map(|checks| self.stage(&mut encoder, &checks.findings));
         self.queue.submit([encoder.finish()]);
         let ticks = times.map(|buffer| self.read(&buffer)).transpose()?;
         let targets = staged.iter().map(|buffer| self.read(buffer)).collect::<Result<Vec<_>, _>>()?;
@@ -139,6 +150,11 @@ impl Gpu {
             if self.read(cached)? != self.read(again)? {
                 return Err(GpuError::Stale { pass: pair.pass.clone(), output: pair.output.into() });
             }
+        }
+        if let (Some(checks), Some(findings)) = (&checks, &findings)
+            && let Some(found) = checks.first(&self.read(findings)?)
+        {
+            return Err(GpuError::NonFinite(found));
         }
         self.check()?;
         let times = executed
@@ -170,7 +186,7 @@ impl Gpu {
         step: &Step,
         timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
     ) -> Result<(), GpuError> {
-        let Recorder { plan, encoder, comparisons, temporary } = recorder;
+        let Recorder { plan, encoder, comparisons, checks, temporary } = recorder;
         let declared = plan.pass(pass);
         let Work::Compute(recording) = &declared.work else { return Ok(()) };
         let label = format!("{}:{}", step.name, step.instance);
@@ -202,27 +218,54 @@ impl Gpu {
             }
         }
         self.add_temporaries(recording, &mut named, encoder, temporary)?;
-        let mut pipelines = self.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut pass =
             encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(&label), timestamp_writes });
         for dispatch in &recording.dispatches {
-            let pipeline = pipelines.get(&self.device, dispatch);
-            self.check()?;
-            let group = pipelines.bind(&self.device, &pipeline, &label, dispatch, &named)?;
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            match dispatch.groups {
-                crate::Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
-                crate::Groups::Indirect(name, offset) => match named.get(name) {
-                    Some(Resource::Buffer(buffer)) => pass.dispatch_workgroups_indirect(buffer, offset),
-                    _ => return Err(GpuError::device(format!("pass `{label}` has no indirect buffer `{name}`"))),
-                },
-            }
+            self.dispatch(&mut pass, &label, dispatch, &named)?;
         }
         drop(pass);
+        // What is verified is compared with what was checked.
+        if let (Some(checks), false) = (checks, step.verify) {
+            checks.record(self, encoder, (step.name, step.instance), recording, &named)?;
+        }
         let mut store = self.store();
         for (stamp, resource) in outputs {
             store.insert(stamp, resource);
+        }
+        Ok(())
+    }
+
+    /// Records one dispatch in a compute pass of its own, without timestamps.
+    pub(crate) fn dispatch_alone(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        label: &str,
+        dispatch: &Dispatch,
+        named: &HashMap<&'static str, Resource>,
+    ) -> Result<(), GpuError> {
+        let descriptor = wgpu::ComputePassDescriptor { label: Some(label), timestamp_writes: None };
+        self.dispatch(&mut encoder.begin_compute_pass(&descriptor), label, dispatch, named)
+    }
+
+    fn dispatch(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        label: &str,
+        dispatch: &Dispatch,
+        named: &HashMap<&'static str, Resource>,
+    ) -> Result<(), GpuError> {
+        let mut pipelines = self.pipelines.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let pipeline = pipelines.get(&self.device, dispatch);
+        self.check()?;
+        let group = pipelines.bind(&self.device, &pipeline, label, dispatch, named)?;
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        match dispatch.groups {
+            crate::Groups::Direct([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            crate::Groups::Indirect(name, offset) => match named.get(name) {
+                Some(Resource::Buffer(buffer)) => pass.dispatch_workgroups_indirect(buffer, offset),
+                _ => return Err(GpuError::device(format!("pass `{label}` has no indirect buffer `{name}`"))),
+            },
         }
         Ok(())
     }

@@ -7,6 +7,7 @@
 mod adapter;
 mod error;
 mod executor;
+mod finite;
 mod layout;
 mod pass;
 mod pipeline;
@@ -16,6 +17,7 @@ mod store;
 pub use adapter::{AdapterChoice, AdapterReport, Gpu};
 pub use error::GpuError;
 pub use executor::{Executed, StepTime};
+pub use finite::{NonFinite, OutputChecks};
 pub use layout::{LayoutError, StructLayout, value_bytes};
 pub use pass::{ComputePass, Groups, Leaf, TextureData, Work};
 pub use shader::{Shader, ShaderSpec};

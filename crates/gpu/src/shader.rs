@@ -8,7 +8,7 @@ use std::{
 use murano_scheduler::Stamp;
 use wesl::{CompileOptions, Feature, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
-use crate::{GpuError, StructLayout};
+use crate::{GpuError, StructLayout, finite::float_words};
 
 const SOURCES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
@@ -68,6 +68,10 @@ pub(crate) struct Global {
     pub name: String,
     pub binding: u32,
     pub kind: GlobalKind,
+    /// Whether the entry point writes to it.
+    pub written: bool,
+    /// Which words of it are floats (of an element, for a runtime-sized array).
+    pub floats: Vec<bool>,
 }
 
 /// A linked shader: its WGSL, its stamp and its interface.
@@ -166,7 +170,16 @@ fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
                 (_, naga::TypeInner::Sampler { .. }) => GlobalKind::Sampler,
                 _ => GlobalKind::Texture,
             };
-            globals.push(Global { name: variable.name.clone().unwrap_or_default(), binding: binding.binding, kind });
+            let name = variable.name.clone().unwrap_or_default();
+            let written = used[handle].contains(naga::valid::GlobalUse::WRITE);
+            let floats = match float_words(&module, variable.ty) {
+                Some(floats) => floats,
+                None if written => {
+                    return Err(failed(format!("`{name}` is written and ends in an array: make it one")));
+                }
+                None => Vec::new(),
+            };
+            globals.push(Global { name, binding: binding.binding, kind, written, floats });
         }
         entries.insert(entry.name.clone(), globals);
     }

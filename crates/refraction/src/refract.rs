@@ -16,7 +16,7 @@ use crate::{
 /// The optical constants of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glass {
-    /// Index of refraction relative to air.
+    /// Index of refraction relative to what is around: air, for files and the command line; below 1 in denser surroundings.
     pub ior: f64,
     /// Absorption per metre, linear RGB (KHR_materials_volume: -ln(colour) / distance).
     pub absorption: [f32; 3],
@@ -148,6 +148,9 @@ pub struct RefractRequest<'a> {
     pub refraction: &'a Refraction,
     /// Bounds of everything drawn so far: where rays that left the glass look for it.
     pub drawn: &'a Bounds,
+    /// The body's nearest back faces (`InterfaceMap::back`), where the method's own map holds others and the eye may be
+    /// inside the body.
+    pub inside_map: Option<Output>,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -157,6 +160,10 @@ pub const PATH_ROWS: usize = 6;
 
 /// Adds the pass `refract:instance`: draws a body over what lies behind it. Returns the new picture and, where asked for,
 /// the paths: [`PATH_ROWS`] rows of `vec4f` a pixel, positions relative to the origin.
+///
+/// A ray that begins inside the body (the eye is in the glass, or the near plane cuts it) meets one interface, exactly. Its
+/// path begins on the near plane and has no first normal. An eye outside that meets the body from behind, because it is open
+/// or turned inside out, finds the status "lost" unless the path it followed ends on a surface that the map shows.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -168,7 +175,10 @@ pub fn refract(
     environment: Output,
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
-    let shader = gpu.shader(&traced("refraction::refract", request.refraction.method).feature("aov", request.aov))?;
+    let spec = traced("refraction::refract", request.refraction.method)
+        .feature("aov", request.aov)
+        .feature("inside_map", request.inside_map.is_some());
+    let shader = gpu.shader(&spec)?;
     let viewpoint = request.viewpoint;
     let margin = DVec3::splat(1e-3 * request.drawn.diameter().min(request.bounds.diameter()));
     let opaque_box = OpaqueBox {
@@ -193,6 +203,9 @@ pub fn refract(
         .output("colour", 16 * count)
         .output("cover", 4 * count);
     let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
+    if let Some(inside_map) = request.inside_map {
+        pass = pass.input("inside_map", inside_map);
+    }
     if request.aov {
         pass = pass.cleared_output("paths", 16 * PATH_ROWS as u64 * count);
     }

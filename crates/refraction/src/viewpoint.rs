@@ -71,6 +71,14 @@ impl Viewpoint {
         !outside.contains(&true)
     }
 
+    /// Whether a ray of this viewpoint may begin (on the near plane) in the ball around a box; never false if one does.
+    pub fn begins_within(&self, bounds: &Bounds) -> bool {
+        let ball = self.sphere(bounds);
+        let to_corner = (self.center.abs() + self.half_extent).length();
+        let sideways = if self.perspective { self.near * to_corner } else { to_corner };
+        !bounds.is_empty() && ball.truncate().length() <= ball.w + self.near + sideways
+    }
+
     /// The smallest centred or off-centre picture that holds a box, with a margin; `None` if part of the box lies behind
     /// the near plane, where no picture could.
     pub fn fitted(&self, bounds: &Bounds, margin: f64) -> Option<Self> {

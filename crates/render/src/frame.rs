@@ -229,6 +229,13 @@ impl FramePlan<'_> {
             self.origin,
             refraction.method.layers(),
         )?;
+        let farthest = refraction.method.layers() == Layers::FarthestBack;
+        let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
+            let key = ("inside_map", body.index);
+            interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, Layers::NearestBack)?.back
+        } else {
+            None
+        };
         let request = RefractRequest {
             instance: body.index,
             object: 0x8000_0000 | body.index,
@@ -238,6 +245,7 @@ impl FramePlan<'_> {
             glass: &body.glass,
             refraction,
             drawn,
+            inside_map,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;

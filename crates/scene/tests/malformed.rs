@@ -109,6 +109,43 @@ fn nan_and_infinity_are_found() {
     }
 }
 
+/// Whatever uses an accessor, the message names the accessor, its use and the element.
+#[test]
+fn nan_is_found_in_every_kind_of_accessor() {
+    let mut directions = [0.0, 0.0, 1.0].repeat(3);
+    directions[7] = f32::NAN;
+    let mut shares = [0.25; 12];
+    shares[4] = f32::INFINITY;
+    for (attribute, kind, values) in [
+        ("NORMAL", "VEC3", &directions[..]),
+        ("TEXCOORD_0", "VEC2", &directions[3..]),
+        ("COLOR_0", "VEC4", &shares[..]),
+        ("WEIGHTS_0", "VEC4", &shares[..]),
+    ] {
+        let mut model = Model::triangle();
+        let accessor = model.floats(kind, values);
+        model.json["meshes"][0]["primitives"][0]["attributes"][attribute] = json!(accessor);
+        let problem = model.problem();
+        let element = values.iter().position(|value| !value.is_finite()).expect("planted") / (values.len() / 3);
+        assert!(matches!(&problem, ImportProblem::NonFinite { element: found, .. } if *found == element), "{problem}");
+        let message = problem.to_string();
+        assert!(message.contains(&format!("accessors[{accessor}]")) && message.contains(attribute), "{message}");
+    }
+    for (planted, user) in [("input", "input"), ("output", "output")] {
+        let mut model = Model::triangle();
+        let keys = |name: &str, sound: [f32; 2]| if name == planted { [sound[0], f32::NAN] } else { sound };
+        let input = model.floats("SCALAR", &keys("input", [0.0, 1.0]));
+        let [first, second] = keys("output", [1.0, 2.0]);
+        let output = model.floats("VEC3", &[first, 0.0, 0.0, second, 0.0, 0.0]);
+        model.json["animations"] = json!([{
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+            "samplers": [{ "input": input, "output": output }],
+        }]);
+        let problem = model.problem();
+        assert!(matches!(&problem, ImportProblem::NonFinite { at, element: 1 } if at.contains(user)), "{problem}");
+    }
+}
+
 #[test]
 fn indices_outside_their_list_are_found() {
     let mut beyond_the_vertices = Model::triangle();
