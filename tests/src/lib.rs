@@ -1,3 +1,4 @@
 //! Tests that span crates.
 
 pub mod bench;
+pub mod ground_truth;

@@ -2,6 +2,8 @@
 
 use std::process::ExitCode;
 
+/// Exit status of a comparison over its threshold.
+const OVER_THRESHOLD: u8 = 1;
 /// Exit status for bad input or a bad environment.
 const BAD_INPUT: u8 = 2;
 /// Exit status after Ctrl-C: 128 + SIGINT.
@@ -12,10 +14,21 @@ pub const INTERRUPTED: u8 = 130;
 #[error("interrupted; the files written so far are whole")]
 pub struct Interrupted;
 
+/// A measured value is over the limit that the user set.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct OverThreshold(pub String);
+
 /// Says what went wrong and picks the exit status.
 pub fn report(error: &anyhow::Error) -> ExitCode {
     eprintln!("error: {}", message(error));
-    ExitCode::from(if error.is::<Interrupted>() { INTERRUPTED } else { BAD_INPUT })
+    ExitCode::from(if error.is::<Interrupted>() {
+        INTERRUPTED
+    } else if error.is::<OverThreshold>() {
+        OVER_THRESHOLD
+    } else {
+        BAD_INPUT
+    })
 }
 
 /// The chain of causes as one sentence. Many messages repeat their cause already; those are not said twice.

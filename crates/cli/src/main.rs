@@ -1,6 +1,8 @@
 //! The `murano` command line.
 
 mod adapters;
+mod bench;
+mod compare;
 mod completions;
 mod export;
 mod failure;
@@ -8,6 +10,7 @@ mod inspect;
 mod options;
 mod pose;
 mod terminal;
+mod trial;
 mod values;
 
 use std::process::ExitCode;
@@ -25,7 +28,9 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Command {
     Export(Box<export::Arguments>),
+    Compare(Box<compare::Arguments>),
     Pose(pose::Arguments),
+    Bench(bench::Arguments),
     Inspect(inspect::Arguments),
     Adapters(adapters::Arguments),
     Completions(completions::Arguments),
@@ -38,7 +43,9 @@ fn main() -> ExitCode {
 
     let result = match Arguments::parse().command {
         Command::Export(arguments) => export::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Pose(arguments) => pose::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
         Command::Inspect(arguments) => inspect::run(&arguments),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),

@@ -1,23 +1,26 @@
 //! Options that several commands share, and the shot and settings they make.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
 use murano_caustics::Caustics;
-use murano_gpu::{AdapterChoice, Gpu};
+use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
 use murano_refraction::{Method, Refraction, TirPolicy};
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
 
 use crate::values::{self, CameraWord, CausticsChoice, Interfaces, LightWord};
 
-/// Which adapter renders.
+/// Which adapter renders, and how it is watched.
 #[derive(Args)]
 pub struct AdapterOption {
     /// Adapter whose name contains NAME, or `software`; see `murano adapters`
     #[arg(long, value_name = "NAME|software")]
     adapter: Option<String>,
+    /// Look for NaN and infinity in everything that a pass writes, and stop there
+    #[arg(long)]
+    check_outputs: bool,
 }
 
 impl AdapterOption {
@@ -28,7 +31,8 @@ impl AdapterOption {
             Some("software") => AdapterChoice::Software,
             Some(name) => AdapterChoice::Named(name.into()),
         };
-        Ok(Gpu::new(&choice)?)
+        let checks = if self.check_outputs { OutputChecks::NonFinite } else { OutputChecks::Off };
+        Ok(Gpu::new(&choice)?.with_output_checks(checks))
     }
 }
 
@@ -116,6 +120,11 @@ pub struct ShotOptions {
 }
 
 impl ShotOptions {
+    /// The file given.
+    pub fn input(&self) -> &Path {
+        &self.input
+    }
+
     /// The input's shot with every change made.
     pub fn shot(&self) -> Result<Shot> {
         let mut shot = open_shot(&self.input)?;

@@ -5,7 +5,8 @@ use std::{fmt::Display, str::FromStr};
 use clap::builder::{PathBufValueParser, PossibleValuesParser, StringValueParser, TypedValueParser};
 use glam::DVec3;
 use murano_caustics::Method as CausticsMethod;
-use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel};
+use murano_refraction::Method as RefractionMethod;
+use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, ShotLightKind};
 
 /// One of a table's names; the table's own parser makes the value of it.
 pub fn one_of<T, const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = T>
@@ -25,6 +26,38 @@ impl CausticsChoice {
         let names = std::iter::once("off").chain(CausticsMethod::ALL.map(CausticsMethod::name));
         PossibleValuesParser::new(names)
             .try_map(|name| if name == "off" { Ok(Self(None)) } else { name.parse().map(|method| Self(Some(method))) })
+    }
+}
+
+/// One entry of `--methods`: `newton`, `dir:12`, `splat:256`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MethodChoice {
+    /// A refraction method, and its steps where they are given.
+    Refraction(RefractionMethod, Option<u32>),
+    /// A caustics method, and its photons a side where they are given.
+    Caustics(CausticsMethod, Option<u32>),
+}
+
+impl FromStr for MethodChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, number) = text.split_once(':').map_or((text, None), |(name, number)| (name, Some(number)));
+        let within = |most: u32, what: &str| match number.map(str::parse) {
+            None => Ok(None),
+            Some(Ok(count)) if (1..=most).contains(&count) => Ok(Some(count)),
+            Some(_) => Err(format!("`{text}`: {what} are a whole number from 1 to {most}, as in {name}:12")),
+        };
+        if let Ok(method) = name.parse() {
+            return Ok(Self::Refraction(method, within(64, "steps")?));
+        }
+        if let Ok(method) = name.parse() {
+            return Ok(Self::Caustics(method, within(8192, "photons a side")?));
+        }
+        let refraction = RefractionMethod::ALL.map(RefractionMethod::name);
+        let caustics = CausticsMethod::ALL.map(CausticsMethod::name);
+        let choices = [&refraction[..], &caustics[..]].concat().join(", ");
+        Err(format!("there is no method `{name}`; choose from: {choices}"))
     }
 }
 
@@ -116,11 +149,25 @@ impl FromStr for CameraWord {
     }
 }
 
+const LIGHT_KINDS: [(&str, ShotLightKind); 3] =
+    [("spot", ShotLightKind::Spot), ("point", ShotLightKind::Point), ("directional", ShotLightKind::Directional)];
+
+/// A kind of light by its name.
+pub fn light_kind(text: &str) -> Result<ShotLightKind, String> {
+    let kind = LIGHT_KINDS.iter().find(|(name, _)| *name == text).map(|(_, kind)| *kind);
+    kind.ok_or_else(|| format!("`{text}` is no kind of light; choose spot, point or directional"))
+}
+
+/// The name of a kind of light.
+pub fn light_name(kind: ShotLightKind) -> &'static str {
+    LIGHT_KINDS.iter().find(|(_, other)| *other == kind).map_or("", |(name, _)| name)
+}
+
 /// One word of `--light`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightWord {
     /// Shape.
-    Kind(murano_scene::ShotLightKind),
+    Kind(ShotLightKind),
     /// World, metres.
     Position(DVec3),
     /// Where it shines to.
@@ -135,16 +182,10 @@ impl FromStr for LightWord {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        use murano_scene::ShotLightKind::{Directional, Point, Spot};
         let expected = "expected spot, point or directional, pos=X,Y,Z, dir=X,Y,Z, intensity=I or cone=DEG \
                         (INPUT goes before --light)";
         let Some((name, value)) = word.split_once('=') else {
-            return match word {
-                "spot" => Ok(Self::Kind(Spot)),
-                "point" => Ok(Self::Kind(Point)),
-                "directional" => Ok(Self::Kind(Directional)),
-                _ => Err(expected.into()),
-            };
+            return light_kind(word).map(Self::Kind).map_err(|_| expected.into());
         };
         match name {
             "pos" => vector(value).map(Self::Position),

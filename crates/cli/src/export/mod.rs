@@ -201,7 +201,7 @@ impl Export<'_> {
         let mut settings = self.arguments.shot.settings();
         settings.aov = !outputs.layers.is_empty();
         let fps = self.stage.shot().output.fps;
-        let mut progress = Progress::new(u64::from(self.range.count()));
+        let mut progress = Progress::new("frames", u64::from(self.range.count()));
         for number in self.range.start..self.range.end {
             if self.stop.load(Ordering::SeqCst) {
                 progress.finish();

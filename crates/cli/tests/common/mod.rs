@@ -15,10 +15,11 @@ pub fn asset(name: &str) -> String {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets").join(name).display().to_string()
 }
 
-/// Runs `murano` in a folder.
+/// Runs `murano` in a folder. Everything that passes of an export write is checked to be finite.
 pub fn murano(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_murano"))
         .args(arguments)
+        .args((arguments.first() == Some(&"export")).then_some("--check-outputs"))
         .current_dir(folder)
         .output()
         .expect("the binary was built for this test")

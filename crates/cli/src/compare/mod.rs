@@ -1,0 +1,236 @@
+//! `murano compare`: error against ground truth beside time, a row a method.
+
+mod heat_maps;
+mod row;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use murano_caustics::Caustics;
+use murano_metrics::paths::Silhouette;
+use murano_refraction::{Method, Refraction};
+use serde::Serialize;
+
+use crate::{
+    failure::OverThreshold,
+    options::{AdapterOption, ShotOptions},
+    terminal::{say, say_json, watched},
+    trial::{CausticLight, CausticTrial, CausticTruth, RefractionTrial, Subject, Truth},
+    values::{self, MethodChoice},
+};
+pub use row::{CausticRow, GLASS_PASSES, RefractionRow, caustic_table, table};
+
+/// What counts as the truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Reference {
+    /// The path through two interfaces, in f64; light that was refracted twice
+    Two,
+    /// The whole picture, path-traced; all light that comes by way of the glass
+    Path,
+}
+
+/// Measures methods against ground truth: error beside time, a row a method
+///
+/// The truth is traced on the CPU in f64 through the same pose and triangles. Angles are between directions after the
+/// glass, over the pixels where truth and method both leave it. FLIP and RMSE are of the environment seen along them, or
+/// with --reference path of the whole frame. Caustics are compared as irradiance on the floor, within the square around
+/// 95 % of the light.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  \
+    murano compare assets/bumpy.glb --methods sir,dir,newton\n  \
+    murano compare fox.glb --glass --time 0.4 --methods dir:5,dir:12,newton --heatmap out/heat\n  \
+    murano compare assets/bumpy.glb --methods splat:128,splat:512\n  \
+    murano compare assets/sphere.glb --methods newton --threshold 0.05 --json")]
+pub struct Arguments {
+    #[command(flatten)]
+    shot: ShotOptions,
+    #[command(flatten)]
+    adapter: AdapterOption,
+
+    /// Methods of refraction and of caustics; after a colon, steps or photons a side where they are to differ from --steps
+    /// and --photons [default: all of refraction]
+    #[arg(long, value_name = "A,B:NUMBER,...", value_delimiter = ',', help_heading = "Comparison")]
+    methods: Vec<MethodChoice>,
+    /// What counts as the truth
+    #[arg(long, value_enum, default_value_t = Reference::Two, help_heading = "Comparison")]
+    reference: Reference,
+    /// Ends with status 1 if a row is over X: mean angle in degrees, FLIP with --reference path, relative L1 of caustics
+    #[arg(long, value_name = "X", value_parser = values::number, help_heading = "Comparison")]
+    threshold: Option<f64>,
+    /// Writes pictures and heat maps of the errors there
+    #[arg(long, value_name = "DIR", help_heading = "Comparison")]
+    heatmap: Option<PathBuf>,
+    /// Counts the outermost ring of covered pixels too, where half a pixel of silhouette is any angle
+    #[arg(long, help_heading = "Comparison")]
+    silhouette: bool,
+    /// Frames that are timed
+    #[arg(
+        long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000),
+        help_heading = "Comparison"
+    )]
+    runs: u32,
+    /// Path tracing goes on until the standard error is this part of the picture's brightness
+    #[arg(long, value_name = "X", value_parser = values::positive, default_value_t = 0.03, help_heading = "Comparison")]
+    noise: f64,
+    /// Photons traced for the truth of caustics
+    #[arg(
+        long, value_name = "N", default_value_t = 4_000_000, value_parser = clap::value_parser!(u64).range(1..),
+        help_heading = "Comparison"
+    )]
+    truth_photons: u64,
+    /// One line of JSON on stdout
+    #[arg(long, help_heading = "Comparison")]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Comparison {
+    input: String,
+    ior: f64,
+    adapter: String,
+    size: [u32; 2],
+    /// Pixels of glass.
+    covered: usize,
+    /// Of the path-traced picture: mean standard error over mean luminance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<f64>,
+    rows: Vec<RefractionRow>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    caustics: Vec<CausticRow>,
+}
+
+/// Most passes of path tracing, 16 samples a pixel each.
+const MOST_PASSES: u32 = 64;
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<()> {
+    let shot = arguments.shot.shot()?;
+    let settings = arguments.shot.settings();
+    let mut subject = Subject::open(arguments.adapter.open()?, shot, &settings)?;
+    let truth = Truth::trace(&subject)?;
+    let (refractions, caustics) = arguments.chosen(&subject);
+    let mut comparison = Comparison {
+        input: arguments.shot.input().display().to_string(),
+        ior: truth.ior(),
+        adapter: subject.adapter(),
+        size: subject.request.size,
+        covered: truth.covered(),
+        noise: None,
+        rows: Vec::new(),
+        caustics: Vec::new(),
+    };
+    if !refractions.is_empty() {
+        arguments.compare_refraction(&mut subject, truth, &refractions, &mut comparison)?;
+    }
+    if !caustics.is_empty() {
+        arguments.compare_caustics(&mut subject, &caustics, &mut comparison)?;
+    }
+    if arguments.json {
+        say_json(&comparison)?;
+    } else {
+        comparison.say()?;
+    }
+    arguments.judge(&comparison)
+}
+
+impl Comparison {
+    fn say(&self) -> Result<()> {
+        say(format_args!("{}, n = {}, {} pixels of glass", self.adapter, self.ior, self.covered))?;
+        if let Some(noise) = self.noise {
+            say(format_args!("FLIP and RMSE against a path-traced picture, standard error {:.2} %", 100.0 * noise))?;
+        }
+        if !self.rows.is_empty() {
+            say(table(&self.rows))?;
+        }
+        if !self.caustics.is_empty() {
+            say(caustic_table(&self.caustics))?;
+        }
+        Ok(())
+    }
+}
+
+impl Arguments {
+    /// The methods asked for.
+    fn chosen(&self, subject: &Subject) -> (Vec<Refraction>, Vec<Caustics>) {
+        let usual = subject.request.refraction;
+        if self.methods.is_empty() {
+            return (Method::ALL.map(|method| Refraction { method, ..usual }).to_vec(), Vec::new());
+        }
+        let (mut refractions, mut caustics) = (Vec::new(), Vec::new());
+        for choice in &self.methods {
+            match *choice {
+                MethodChoice::Refraction(method, steps) => {
+                    refractions.push(Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual });
+                }
+                MethodChoice::Caustics(method, photons) => {
+                    let usual = subject.request.caustics.unwrap_or_default();
+                    caustics.push(Caustics { method, photons: photons.unwrap_or(usual.photons), ..usual });
+                }
+            }
+        }
+        (refractions, caustics)
+    }
+
+    fn compare_refraction(
+        &self,
+        subject: &mut Subject,
+        mut truth: Truth,
+        refractions: &[Refraction],
+        comparison: &mut Comparison,
+    ) -> Result<()> {
+        if self.reference == Reference::Path {
+            truth = watched("tasks of path tracing", |progress| {
+                truth.with_path_traced_picture(subject, MOST_PASSES, self.noise, progress)
+            })?;
+            comparison.noise = truth.noise();
+        }
+        let ring = if self.silhouette { Silhouette::Include } else { Silhouette::Exclude };
+        for &refraction in refractions {
+            let trial = RefractionTrial::run(subject, &truth, refraction, ring, self.runs as usize)
+                .with_context(|| format!("method {}", refraction.method))?;
+            if let Some(folder) = &self.heatmap {
+                heat_maps::write_refraction(folder, subject.request.size, &truth, &trial)?;
+            }
+            comparison.rows.push(RefractionRow::new(&trial));
+        }
+        Ok(())
+    }
+
+    fn compare_caustics(&self, subject: &mut Subject, chosen: &[Caustics], comparison: &mut Comparison) -> Result<()> {
+        let light = match self.reference {
+            Reference::Two => CausticLight::TwoRefractions,
+            Reference::Path => CausticLight::All,
+        };
+        let truth = watched("photons", |progress| CausticTruth::trace(subject, light, self.truth_photons, progress))?;
+        for &caustics in chosen {
+            let trial = CausticTrial::run(subject, &truth, caustics, self.runs as usize)
+                .with_context(|| format!("method {}", caustics.method))?;
+            if let Some(folder) = &self.heatmap {
+                heat_maps::write_caustics(folder, &truth, &trial)?;
+            }
+            comparison.caustics.push(CausticRow::new(&trial, truth.noise));
+        }
+        Ok(())
+    }
+
+    /// Whether every row keeps the threshold. A row without anything to compare does not.
+    fn judge(&self, comparison: &Comparison) -> Result<()> {
+        let Some(threshold) = self.threshold else { return Ok(()) };
+        let refraction = comparison.rows.iter().map(|row| match self.reference {
+            Reference::Two => (row.label(), row.mean_deg(), "degrees"),
+            Reference::Path => (row.label(), row.flip().unwrap_or(f64::NAN), "FLIP"),
+        });
+        let caustics = comparison.caustics.iter().map(|row| (row.label(), row.relative_l1(), "relative L1"));
+        let over: Vec<String> = refraction
+            .chain(caustics)
+            // What could not be measured keeps no threshold.
+            .filter(|(_, value, _)| value.is_nan() || *value > threshold)
+            .map(|(label, value, unit)| format!("{label} has {value:.4} {unit}"))
+            .collect();
+        if over.is_empty() {
+            return Ok(());
+        }
+        Err(OverThreshold(format!("over the threshold of {threshold}: {}", over.join("; "))).into())
+    }
+}

@@ -1,0 +1,283 @@
+//! Refraction measured: a method's paths and picture against the truth's, and its time.
+
+use anyhow::{Context, Result};
+use glam::{DVec3, Vec3};
+use murano_metrics::{
+    images::{DEFAULT_PIXELS_PER_DEGREE, FlipMap, Picture, flip, rmse},
+    paths::{PathErrors, Paths, Silhouette, path_errors},
+};
+use murano_optics::{critical_clamp, reflected};
+use murano_reference::{
+    Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces, World,
+    path_picture, trace_photons, two_interfaces,
+};
+use murano_refraction::{Refraction, TirPolicy};
+use murano_render::Aov;
+
+use super::{Subject, Timing, look::Look, time_frames};
+
+/// Photons of each lamp in a path-traced picture.
+const PATH_PHOTONS: u64 = 2_000_000;
+/// How far they are blurred, in diameters of the body.
+const PHOTON_RADIUS: f64 = 0.006;
+
+/// A two-interface path as both the renderer and the tracer know it. World space.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PathSample {
+    /// As the `status` layer.
+    pub(super) status: u8,
+    pub(super) n1: DVec3,
+    pub(super) t1: DVec3,
+    pub(super) p2: DVec3,
+    pub(super) n2: DVec3,
+    /// The direction in which the pixel looks after the glass, whatever the status.
+    pub(super) exit: DVec3,
+    /// Within the glass, metres.
+    pub(super) length: f64,
+}
+
+/// The paths of a picture as the metrics take them.
+struct PathLists {
+    exit: Vec<Vec3>,
+    p2: Vec<Vec3>,
+    status: Vec<u8>,
+}
+
+impl PathLists {
+    /// Points are taken relative to `origin`, so that f32 holds them.
+    fn of(samples: &[PathSample], origin: DVec3) -> Self {
+        Self {
+            exit: samples.iter().map(|sample| sample.exit.as_vec3()).collect(),
+            p2: samples.iter().map(|sample| (sample.p2 - origin).as_vec3()).collect(),
+            status: samples.iter().map(|sample| sample.status).collect(),
+        }
+    }
+
+    fn paths(&self) -> Paths<'_> {
+        Paths { exit: &self.exit, p2: &self.p2, status: &self.status }
+    }
+}
+
+/// The exact paths of a subject's picture.
+pub struct Truth {
+    samples: Vec<PathSample>,
+    lists: PathLists,
+    look: Look,
+    picture: Option<Picture>,
+    /// Whether `picture` is the whole frame, path-traced.
+    whole: bool,
+    /// Of the path-traced picture: mean standard error over mean luminance.
+    noise: Option<f64>,
+    origin: DVec3,
+    tir: TirPolicy,
+    ior: f64,
+}
+
+impl Truth {
+    /// Traces the subject's picture: two interfaces through every pixel's centre, in f64.
+    ///
+    /// # Errors
+    /// If the scene cannot be traced.
+    pub fn trace(subject: &Subject) -> Result<Self> {
+        let world = subject.traced()?;
+        let camera = subject.camera();
+        let tir = subject.request.refraction.tir;
+        let paths = two_interfaces(&world, &camera);
+        anyhow::ensure!(
+            paths.iter().any(|path| path.status != Status::NoGlass),
+            "the camera sees no glass, so there is nothing to compare; change --camera"
+        );
+        let samples: Vec<PathSample> = paths.iter().map(|path| traced_sample(&world, path, tir)).collect();
+        let origin = camera.world_from_view.w_axis.truncate();
+        let look = Look::of(subject, &world, &camera, &paths);
+        let picture = look.picture(&samples)?;
+        Ok(Self {
+            lists: PathLists::of(&samples, origin),
+            samples,
+            look,
+            picture,
+            whole: false,
+            noise: None,
+            origin,
+            tir,
+            ior: world.bodies[0].ior,
+        })
+    }
+
+    /// The truth's picture: the environment through the glass; `None` without an environment.
+    pub fn picture(&self) -> Option<&Picture> {
+        self.picture.as_ref()
+    }
+
+    /// Replaces the picture by the whole frame, path-traced with at most `passes` times 16 samples a pixel, until its noise
+    /// is at most `noise`.
+    ///
+    /// # Errors
+    /// If the scene cannot be traced.
+    pub fn with_path_traced_picture(
+        self,
+        subject: &Subject,
+        passes: u32,
+        noise: f64,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self> {
+        let shown = subject.renderer.world();
+        let world = subject.traced()?;
+        let fade = shown.floor.map(|floor| Fade {
+            // The renderer appends its floor's material to the scene's.
+            material: shown.scene.materials.len() - 1,
+            centre: DVec3::new(floor.center[0], floor.height, floor.center[1]),
+            radius: floor.half_extent,
+        });
+        let photons = subject.request.caustics.map(|_| caustic_photons(subject, &world)).transpose()?;
+        let scene = PathScene {
+            world: &world,
+            scene: &shown.scene,
+            environment: shown.environment.as_ref(),
+            lights: &subject.request.lights,
+            photons: photons.as_ref(),
+            fade,
+        };
+        let settings = PathSettings { passes, noise, ..PathSettings::default() };
+        let traced = path_picture(&scene, &subject.camera(), &settings, progress);
+        let picture = Picture::from_linear(subject.request.size, &traced.radiance, subject.request.exposure)?;
+        Ok(Self { picture: Some(picture), whole: true, noise: Some(traced.noise()), ..self })
+    }
+
+    /// Noise of the path-traced picture: mean standard error over mean luminance.
+    pub fn noise(&self) -> Option<f64> {
+        self.noise
+    }
+
+    /// What a method's frame shows, for comparison with the truth's picture.
+    fn tested_picture(&self, subject: &Subject, aov: &Aov, samples: &[PathSample]) -> Result<Option<Picture>> {
+        if !self.whole {
+            return self.look.picture(samples);
+        }
+        let layer = aov.layers.iter().find(|layer| layer.name == "radiance");
+        let planes = &layer.context("the frame lacks its radiance layer")?.planes;
+        let radiance: Vec<[f32; 3]> = (0..samples.len()).map(|pixel| [0, 1, 2].map(|c| planes[c][pixel])).collect();
+        Ok(Some(Picture::from_linear(subject.request.size, &radiance, subject.request.exposure)?))
+    }
+
+    /// Index of refraction of the first body.
+    pub fn ior(&self) -> f64 {
+        self.ior
+    }
+
+    /// Pixels that show glass.
+    pub fn covered(&self) -> usize {
+        self.samples.iter().filter(|sample| sample.status != 0).count()
+    }
+}
+
+/// Photons of every lamp on the opaque things of a subject.
+fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
+    let mut landings = Vec::new();
+    let tracing = PhotonTracing { photons: PATH_PHOTONS, ..PhotonTracing::default() };
+    for light in &subject.request.lights {
+        let mut keep = |landing: &Landing| landings.push(*landing);
+        trace_photons(world, light, &Receiver::Opaque, &tracing, &|_, _| {}, &mut keep)?;
+    }
+    Ok(PhotonMap::new(landings, PHOTON_RADIUS * subject.diameter))
+}
+
+fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSample {
+    let exit = match path.status {
+        Status::NoGlass | Status::Left => path.exit,
+        Status::NoExit => path.t1,
+        Status::TotallyReflected => match tir {
+            TirPolicy::Pass => path.t1,
+            TirPolicy::Clamp => critical_clamp(path.t1, -path.n2, world.bodies[path.body].ior),
+            TirPolicy::Reflect => reflected(path.t1, path.n2),
+        },
+    };
+    PathSample {
+        status: path.status as u8,
+        n1: path.n1,
+        t1: path.t1,
+        p2: path.p2,
+        n2: path.n2,
+        exit,
+        length: path.path_length,
+    }
+}
+
+/// The paths that a frame's output variables tell.
+fn rendered_samples(aov: &Aov) -> Vec<PathSample> {
+    let layer = |name: &str| aov.layers.iter().find(|layer| layer.name == name);
+    let number = |name: &str, channel: usize, pixel: usize| {
+        layer(name).and_then(|layer| layer.planes.get(channel)).map_or(0.0, |plane| f64::from(plane[pixel]))
+    };
+    let vector = |name: &str, pixel: usize| DVec3::from_array([0, 1, 2].map(|channel| number(name, channel, pixel)));
+    let pixels = layer("status").map_or(0, |layer| layer.planes[0].len());
+    (0..pixels)
+        .map(|pixel| PathSample {
+            status: number("status", 0, pixel) as u8,
+            n1: vector("n1", pixel),
+            t1: vector("t1", pixel),
+            p2: vector("p2", pixel),
+            n2: vector("n2", pixel),
+            exit: vector("exit_direction", pixel),
+            length: number("path_length", 0, pixel),
+        })
+        .collect()
+}
+
+/// One method on one subject.
+pub struct RefractionTrial {
+    /// The method and its parameters.
+    pub refraction: Refraction,
+    /// How far its paths lie from the truth's.
+    pub errors: RefractionErrors,
+    /// How long it takes.
+    pub timing: Timing,
+    /// What it shows of the environment through the glass; `None` without an environment.
+    pub picture: Option<Picture>,
+}
+
+/// How far a method lies from the truth.
+pub struct RefractionErrors {
+    /// Exit directions, exit points, statuses.
+    pub paths: PathErrors,
+    /// Of the environment seen through the glass, both shaded alike, or of the whole frame where the truth's picture is
+    /// path-traced; `None` without a picture.
+    pub flip: Option<FlipMap>,
+    /// Likewise.
+    pub rmse: Option<f64>,
+}
+
+impl RefractionTrial {
+    /// Renders the subject by a method, measures it against the truth and times it.
+    ///
+    /// # Errors
+    /// The device's, and those of measuring.
+    pub fn run(
+        subject: &mut Subject,
+        truth: &Truth,
+        refraction: Refraction,
+        ring: Silhouette,
+        runs: usize,
+    ) -> Result<Self> {
+        let refraction = Refraction { tir: truth.tir, ..refraction };
+        let frame = subject.render(|request| {
+            request.refraction = refraction;
+            request.aov = true;
+        })?;
+        let aov = frame.aov.context("the frame lacks its output variables")?;
+        let samples = rendered_samples(&aov);
+        let lists = PathLists::of(&samples, truth.origin);
+        let paths = path_errors(truth.lists.paths(), lists.paths(), subject.diameter, subject.request.size, ring)?;
+        let picture = truth.tested_picture(subject, &aov, &samples)?;
+        let both = truth.picture.as_ref().zip(picture.as_ref());
+        let errors = RefractionErrors {
+            paths,
+            flip: both.map(|(truth, tested)| flip(truth, tested, DEFAULT_PIXELS_PER_DEGREE)).transpose()?,
+            rmse: both.map(|(truth, tested)| rmse(truth, tested)).transpose()?,
+        };
+        let mut request = subject.request.clone();
+        request.refraction = refraction;
+        let timing = time_frames(&mut subject.renderer, &request, runs)?;
+        Ok(Self { refraction, errors, timing, picture })
+    }
+}

@@ -1,0 +1,103 @@
+//! One moment of a shot, on a device.
+
+use anyhow::{Context, Result};
+use murano_animation::{LoopMode, Pose, clip_time, shown_primitives};
+use murano_gpu::Gpu;
+use murano_reference as reference;
+use murano_render::{Frame, FrameRequest, Renderer, Settings, Stage, World};
+use murano_scene::{Material, Primitive, Shot};
+
+/// One moment of a shot, ready to be rendered and to be traced.
+pub struct Subject {
+    /// Its renderer.
+    pub renderer: Renderer,
+    /// The frame that is asked for, in the settings that the subject was opened with.
+    pub request: FrameRequest,
+    /// Diameter of what the bodies sweep over the clip, metres.
+    pub diameter: f64,
+}
+
+impl Subject {
+    /// Puts the first frame of a shot on stage.
+    ///
+    /// # Errors
+    /// Whatever is wrong with the shot, its files or the device.
+    pub fn open(gpu: Gpu, shot: Shot, settings: &Settings) -> Result<Self> {
+        let (world, stage) = Stage::open(shot)?;
+        let request = stage.request(0.0, settings);
+        Ok(Self { renderer: Renderer::new(gpu, world)?, request, diameter: stage.extent().diameter() })
+    }
+
+    /// Puts a world made in code before a camera, in the usual settings.
+    ///
+    /// # Errors
+    /// If the world has too many vertices.
+    pub fn of_world(gpu: Gpu, world: World, request: FrameRequest, diameter: f64) -> Result<Self> {
+        Ok(Self { renderer: Renderer::new(gpu, world)?, request, diameter })
+    }
+
+    /// Triangles of all glass.
+    pub fn glass_triangles(&self) -> usize {
+        let scene = &self.renderer.world().scene;
+        let glass = |primitive: &&Primitive| {
+            primitive.material.and_then(|index| scene.materials.get(index)).is_some_and(Material::is_glass)
+        };
+        shown_primitives(scene)
+            .into_iter()
+            .filter_map(|(node, primitive)| scene.meshes[scene.nodes[node].mesh?].primitives.get(primitive))
+            .filter(glass)
+            .map(|primitive| primitive.triangles.len())
+            .sum()
+    }
+
+    /// The device, for the next subject.
+    pub fn into_gpu(self) -> Gpu {
+        self.renderer.into_gpu()
+    }
+
+    /// Renders the subject's frame as changed by `change`.
+    ///
+    /// # Errors
+    /// The device's.
+    pub fn render(&mut self, change: impl FnOnce(&mut FrameRequest)) -> Result<Frame> {
+        let mut request = self.request.clone();
+        change(&mut request);
+        Ok(self.renderer.render(&request)?)
+    }
+
+    /// The pose that the frame shows.
+    pub fn pose(&self) -> Pose {
+        let scene = &self.renderer.world().scene;
+        let duration = self.request.clip.and_then(|clip| scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
+        Pose::sample(scene, self.request.clip, clip_time(LoopMode::Loop, self.request.time, duration))
+    }
+
+    /// The posed scene for the reference tracer, deformed in f64.
+    ///
+    /// # Errors
+    /// If the pose is not finite or the scene shows no glass.
+    pub fn traced(&self) -> Result<reference::World> {
+        let scene = &self.renderer.world().scene;
+        let world = reference::World::of_scene(scene, &self.pose()).context("the reference tracer")?;
+        anyhow::ensure!(
+            !world.bodies.is_empty(),
+            "the input shows no glass, so there is nothing to compare; make it glass with --glass"
+        );
+        Ok(world)
+    }
+
+    /// The eye for the reference tracer.
+    pub fn camera(&self) -> reference::Camera {
+        let view = &self.request.view;
+        reference::Camera {
+            world_from_view: view.world_from_view,
+            projection: view.projection,
+            size: self.request.size,
+        }
+    }
+
+    /// Name of the adapter.
+    pub fn adapter(&self) -> String {
+        self.renderer.gpu().adapter_name()
+    }
+}

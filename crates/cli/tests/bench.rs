@@ -1,0 +1,102 @@
+//! `murano bench`: small runs of every kind, their JSON and their page.
+
+mod common;
+
+use common::{asset, folder, refuses, succeeds};
+use serde_json::Value;
+
+/// Runs a benchmark and gives its JSON and its page.
+fn bench(arguments: &[&str]) -> (Value, String) {
+    let (_guard, folder) = folder();
+    succeeds(&folder, &[&["bench"], arguments, &["--json", "out/b.json", "--html", "out/b.html"]].concat());
+    let json = std::fs::read(folder.join("out/b.json")).unwrap();
+    let page = std::fs::read_to_string(folder.join("out/b.html")).unwrap();
+    let json: Value = serde_json::from_slice(&json).unwrap();
+    for fact in ["command", "version", "date", "adapter"] {
+        let value = json[fact].as_str().unwrap();
+        assert!(!value.is_empty(), "{fact}");
+        // The page escapes what the command line may hold.
+        assert!(fact == "command" || page.contains(value), "{fact}");
+    }
+    assert!(page.contains("<svg") || !page.contains("Plot"), "plots are drawn");
+    for loaded in ["src=\"http", "href=\"http", "<script", "@import"] {
+        assert!(!page.contains(loaded), "the page is whole in one file: {loaded}");
+    }
+    (json, page)
+}
+
+#[test]
+fn refraction_is_run_time_against_error() {
+    let (sphere, swan) = (asset("sphere.glb"), asset("swan.glb"));
+    let (json, page) = bench(&[
+        "refraction",
+        &sphere,
+        &swan,
+        "--times",
+        "0,0.5",
+        "--iors",
+        "1.2,1.5",
+        "--size",
+        "64x64",
+        "--runs",
+        "1",
+        "--methods",
+        "dir:5,newton:5",
+        "--no-growth",
+    ]);
+    let subjects = json["subjects"].as_array().unwrap();
+    assert_eq!(subjects.len(), 8);
+    for subject in subjects {
+        let mean = |row: usize| subject["rows"][row]["mean_deg"].as_f64().unwrap();
+        assert!(mean(1) < mean(0), "{subject:#}");
+        assert!(subject["triangles"].as_u64() > Some(1000) && subject["covered"].as_u64() > Some(50), "{subject:#}");
+    }
+    assert_eq!(page.matches("<img").count(), 2 * 5, "a truth, two pictures and two maps a model");
+    assert!(page.contains("newton:5") && page.contains("Pareto"));
+}
+
+#[test]
+fn caustics_are_run_time_against_error() {
+    let sphere = asset("sphere.glb");
+    let (json, page) = bench(&[
+        "caustics",
+        &sphere,
+        "--lights",
+        "directional",
+        "--photons",
+        "32,128",
+        "--map-sizes",
+        "128",
+        "--truth-photons",
+        "100000",
+        "--runs",
+        "1",
+    ]);
+    let subject = &json["subjects"][0];
+    assert!(subject["flux"].as_f64() > Some(0.0));
+    let error = |row: usize| subject["rows"][row]["relative_l1"].as_f64().unwrap();
+    assert!(error(1) <= error(0) + 0.02, "more photons are no worse: {subject:#}");
+    assert!(page.contains("splat:128"));
+}
+
+#[test]
+fn animation_is_exact_and_timed() {
+    let (json, _) = bench(&["animation", &asset("dancer.glb"), "--samples", "3", "--runs", "1", "--no-growth"]);
+    let model = &json["models"][0];
+    assert_eq!(model["poses"].as_u64(), Some(3 * model["clips"].as_u64().unwrap()));
+    assert!(model["max_error"].as_f64().unwrap() < 1e-5, "{model:#}");
+    assert!(model["max_normal_deg"].as_f64().unwrap() < 0.1, "{model:#}");
+    assert!(model["sample_us"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn wrong_questions_are_refused_before_anything_is_measured() {
+    let (_guard, folder) = folder();
+    let sphere = asset("sphere.glb");
+    refuses(&folder, &["bench", "refraction"], &["INPUT"]);
+    refuses(&folder, &["bench", "refraction", &sphere, "--methods", "splat", "--size", "32x32"], &["bench caustics"]);
+    refuses(&folder, &["bench", "caustics", &sphere, "--methods", "newton"], &["bench refraction"]);
+    refuses(&folder, &["bench", "caustics", &sphere, "--lights", "sun"], &["sun", "spot"]);
+    std::fs::write(folder.join("file"), "").unwrap();
+    refuses(&folder, &["bench", "animation", &sphere, "--html", "file/page.html"], &["file/page.html"]);
+}

@@ -1,0 +1,137 @@
+//! `murano compare`: what is measured, how it is said, and what the exit status means.
+
+mod common;
+
+use common::{asset, folder, json_lines, murano, names, refuses, succeeds};
+use serde_json::Value;
+
+const SMALL: [&str; 6] = ["--size", "96x96", "--runs", "1", "--ior", "1.5"];
+
+fn compare(folder: &std::path::Path, arguments: &[&str]) -> Value {
+    let (stdout, _) = succeeds(folder, &[&["compare"], arguments, &SMALL, &["--json"]].concat());
+    json_lines(&stdout).remove(0)
+}
+
+fn number(row: &Value, name: &str) -> f64 {
+    row[name].as_f64().unwrap_or_else(|| panic!("`{name}` is no number in {row:#}"))
+}
+
+#[test]
+fn methods_stand_in_the_order_of_their_errors() {
+    let (_guard, folder) = folder();
+    let comparison = compare(&folder, &[&asset("sphere.glb"), "--methods", "sir,dir:5,newton:5"]);
+    assert!((number(&comparison, "ior") - 1.5).abs() < 1e-9);
+    assert!(comparison["input"].as_str().unwrap().ends_with("sphere.glb"));
+    assert!(!comparison["adapter"].as_str().unwrap().is_empty());
+    let rows = comparison["rows"].as_array().unwrap();
+    assert_eq!(rows.iter().map(|row| row["method"].as_str().unwrap()).collect::<Vec<_>>(), ["sir", "dir", "newton"]);
+    let column = |name: &str| rows.iter().map(|row| number(row, name)).collect::<Vec<f64>>();
+    for name in ["mean_deg", "p50_deg", "p95_deg", "flip", "rmse", "p2_mean"] {
+        let values = column(name);
+        assert!(values[0] > values[1] && values[1] > values[2], "{name}: {values:?}");
+    }
+    // A single interface of n = 1.5 is off by about 19 degrees (a half of the ball's deviation, over its disc); the map of
+    // 96 x 96 texels bounds the others.
+    let mean = column("mean_deg");
+    assert!((15.0..25.0).contains(&mean[0]) && mean[1] < 1.5 && mean[2] < 0.05, "{mean:?}");
+    for row in rows {
+        for name in ["wrong_status", "invalid"] {
+            assert!((0.0..=1.0).contains(&number(row, name)), "{row:#}");
+        }
+        assert!(number(row, "frame_ms") > 0.0 && row["steps"].is_u64(), "{row:#}");
+    }
+}
+
+#[test]
+fn the_threshold_decides_the_exit_status() {
+    let (_guard, folder) = folder();
+    let sphere = asset("sphere.glb");
+    let run = |method: &str, threshold: &str| {
+        let arguments = [&["compare", &sphere, "--methods", method, "--threshold", threshold], &SMALL[..]].concat();
+        murano(&folder, &arguments)
+    };
+    assert_eq!(run("newton", "0.5").status.code(), Some(0));
+    let over = run("sir", "0.5");
+    assert_eq!(over.status.code(), Some(1));
+    let stderr = String::from_utf8_lossy(&over.stderr).into_owned();
+    assert!(stderr.contains("sir") && stderr.contains("threshold"), "{stderr}");
+    assert!(String::from_utf8_lossy(&over.stdout).contains("mean"), "the table is shown all the same");
+}
+
+#[test]
+fn heat_maps_are_written() {
+    let (_guard, folder) = folder();
+    compare(
+        &folder,
+        &[&asset("torus.glb"), "--methods", "newton:3,splat:32", "--truth-photons", "20000", "--heatmap", "a/b"],
+    );
+    let expected = [
+        "caustic_truth.png",
+        "newton_3.png",
+        "newton_3_angle.png",
+        "newton_3_flip.png",
+        "splat_32.png",
+        "splat_32_error.png",
+        "truth.png",
+    ];
+    assert_eq!(names(&folder.join("a/b")), expected);
+    for name in expected {
+        let picture = image::open(folder.join("a/b").join(name)).unwrap().into_rgb8();
+        let first = *picture.get_pixel(picture.width() / 2, picture.height() / 2);
+        assert!(picture.pixels().any(|pixel| *pixel != first), "{name} is of one colour");
+    }
+}
+
+#[test]
+fn caustics_are_compared_as_irradiance_on_the_floor() {
+    let (_guard, folder) = folder();
+    let comparison =
+        compare(&folder, &[&asset("sphere.glb"), "--methods", "splat:64,splat:256", "--truth-photons", "400000"]);
+    assert!(comparison["rows"].as_array().unwrap().is_empty());
+    let rows = comparison["caustics"].as_array().unwrap();
+    assert_eq!(rows.iter().map(|row| row["photons"].as_u64().unwrap()).collect::<Vec<_>>(), [64, 256]);
+    for row in rows {
+        assert_eq!(row["method"], "splat");
+        // Noise of the truth's flux is its jitter within cells, far below a percent.
+        assert!((number(row, "energy_ratio") - 1.0).abs() < 0.02, "{row:#}");
+        assert!((number(row, "radius_ratio") - 1.0).abs() < 0.2, "{row:#}");
+        assert!(number(row, "relative_l1") < 1.0 && number(row, "truth_noise_l1") < 0.5, "{row:#}");
+    }
+}
+
+#[test]
+fn whole_frames_are_compared_with_a_path_traced_picture() {
+    let (_guard, folder) = folder();
+    let sphere = asset("sphere.glb");
+    let arguments = [
+        &sphere,
+        "--methods",
+        "sir,newton",
+        "--reference",
+        "path",
+        "--noise",
+        "1",
+        "--size",
+        "48x48",
+        "--floor",
+        "none",
+    ];
+    let (stdout, _) = succeeds(&folder, &[&["compare"], &arguments[..], &["--runs", "1", "--json"]].concat());
+    let comparison = json_lines(&stdout).remove(0);
+    let noise = number(&comparison, "noise");
+    assert!(noise > 0.0 && noise <= 1.0, "{noise}");
+    let flip: Vec<f64> = comparison["rows"].as_array().unwrap().iter().map(|row| number(row, "flip")).collect();
+    assert!(flip[0] > 1.2 * flip[1] && flip[1] < 0.25, "{flip:?}");
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let (_guard, folder) = folder();
+    let sphere = asset("sphere.glb");
+    refuses(&folder, &["compare", &sphere, "--methods", "magic"], &["magic", "newton", "splat"]);
+    refuses(&folder, &["compare", &sphere, "--methods", "dir:0"], &["dir:0", "1 to 64"]);
+    let away = ["compare", &sphere, "--camera", "eye=0,0,9", "target=0,0,20"];
+    refuses(&folder, &away, &["no glass", "--camera"]);
+    let bare = ["compare", &sphere, "--methods", "splat", "--floor", "none", "--size", "32x32"];
+    refuses(&folder, &bare, &["--floor"]);
+}

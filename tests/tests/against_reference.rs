@@ -1,0 +1,173 @@
+//! The renderer against the reference tracer, frame after frame: every caster, every lamp, every pose, on a device that
+//! remembers the frames before. What is dropped, or left over from another frame, shows as an error against the truth.
+
+use glam::{DMat4, DVec3, Vec3};
+use murano_animation::{LoopMode, Pose, clip_time};
+use murano_caustics::{Caustics, Method as CausticsMethod};
+use murano_metrics::irradiance::{IrradianceMap, energy_ratio, relative_l1};
+use murano_reference::{Camera, PhotonClass, PhotonTracing, Status, Window, caustic_map, two_interfaces};
+use murano_refraction::{Method, Refraction};
+use murano_render::{Floor, FrameRequest, PlacedLight, Renderer, Stage, View, World};
+use murano_scene::{
+    EnvironmentChoice, FloorLevel, GlassBodies, Light, LightKind, Local, Node, Projection, Scene, Shot, Transform,
+    look_along,
+};
+use murano_tests::bench::{
+    Distribution, asset, degrees_between, glass_body, gpu, renderer, scalars, settings, still, vectors,
+};
+
+/// Texels a side of the compared maps.
+const TEXELS: u32 = 64;
+/// Pixels a side of each of them: a picture samples points, and a focus is narrower than a texel.
+const FINER: u32 = 12;
+
+/// The floor's square that is compared.
+fn window(floor: &Floor, half: f64) -> Window {
+    let centre = DVec3::new(floor.center[0], floor.height, floor.center[1]);
+    Window { centre, half_u: half * DVec3::X, half_v: half * DVec3::NEG_Z, size: [TEXELS, TEXELS] }
+}
+
+/// Looks straight down on a window from a height above it.
+fn view_down(window: &Window, height: f64) -> View {
+    let axis = |v: DVec3| v.normalize().extend(0.0);
+    let eye = (window.centre + height * DVec3::Y).extend(1.0);
+    View {
+        world_from_view: DMat4::from_cols(axis(window.half_u), axis(window.half_v), DVec3::Y.extend(0.0), eye),
+        projection: Projection::Orthographic { half_height: window.half_v.length() },
+        near: 1e-3,
+    }
+}
+
+/// What two refractions of every lamp's light through all glass add to a window, W/m^2 of white light.
+fn traced(scene: &Scene, pose: &Pose, lamps: &[PlacedLight], window: Window) -> IrradianceMap {
+    let world = murano_reference::World::of_scene(scene, pose).expect("a world");
+    let mut sum = vec![0.0; window.texels()];
+    for lamp in lamps {
+        let tracing = PhotonTracing { photons: 400_000, ..PhotonTracing::default() };
+        let map = caustic_map(&world, lamp, window, &tracing, &|_, _| {}).expect("a caustic");
+        let green = map.class(PhotonClass::TwoRefractions).iter().map(|irradiance| irradiance.y);
+        sum.iter_mut().zip(green).for_each(|(sum, irradiance)| *sum += irradiance);
+    }
+    IrradianceMap::new(window.size, window.texel_area(), sum).expect("a map")
+}
+
+fn rendered(renderer: &mut Renderer, request: &FrameRequest, window: &Window, height: f64) -> IrradianceMap {
+    let request =
+        FrameRequest { view: view_down(window, height), size: [FINER * TEXELS; 2], aov: true, ..request.clone() };
+    let aov = renderer.render(&request).expect("a frame").aov.expect("asked for");
+    let green = vectors(&aov, "caustic").into_iter().map(|irradiance| irradiance.y.max(0.0));
+    let area = window.texel_area() / f64::from(FINER * FINER);
+    let fine = IrradianceMap::new([FINER * TEXELS; 2], area, green.collect()).expect("a map");
+    fine.downsampled(FINER).expect("a whole number of pixels a texel")
+}
+
+fn spot(position: DVec3, intensity: f32) -> PlacedLight {
+    let kind = LightKind::Spot { inner: 0.6, outer: 0.7 };
+    PlacedLight {
+        world_from_light: look_along(position, -position),
+        light: Light { name: String::new(), kind, color: Vec3::ONE, intensity, range: f32::INFINITY },
+    }
+}
+
+/// Three balls of different sizes and two lamps of different strength: to drop any of the six caustics, or to count one
+/// twice, costs a tenth of the light and more. The balls stand so that none is in another's light.
+#[test]
+fn every_caster_and_every_lamp_throws_its_caustic() {
+    let mut world = glass_body(&asset("sphere.glb"), murano_optics::Ior::GLASS);
+    let place = |translation: DVec3, scale: f64| {
+        Local::Trs(Transform { translation, scale: DVec3::splat(scale), ..Transform::IDENTITY })
+    };
+    let first = world.scene.nodes[0].clone();
+    world.scene.nodes[0].local = place(DVec3::new(-3.6, 0.0, 0.3), 0.9);
+    for local in [place(DVec3::new(0.2, -0.1, -0.4), 0.8), place(DVec3::new(3.6, -0.2, 0.4), 0.7)] {
+        world.scene.roots.push(world.scene.nodes.len());
+        world.scene.nodes.push(Node { local, ..first.clone() });
+    }
+    let floor = Floor { height: -1.2, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
+    world.floor = Some(floor);
+    let lamps = vec![spot(DVec3::new(1.0, 9.0, 0.5), 100.0), spot(DVec3::new(-1.0, 8.0, 3.0), 70.0)];
+    let window = window(&floor, 6.0);
+    let truth = traced(&world.scene, &Pose::rest(&world.scene), &lamps, window);
+    let request = FrameRequest {
+        lights: lamps.clone(),
+        caustics: Some(Caustics { method: CausticsMethod::Splat, photons: 192, map_size: 512 }),
+        ..still(view_down(&window, 8.0), window.size, Refraction::default())
+    };
+    let mut renderer = renderer(gpu(), world);
+    let drawn = rendered(&mut renderer, &request, &window, 8.0);
+    let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
+    eprintln!("three balls, two lamps: energy {energy:.4}, relative L1 {l1:.3}");
+    assert!((energy - 1.0).abs() < 0.02, "{energy}");
+    // What the splats' blur costs at the foci, 7 cm a texel of the light's map; a caustic in another place costs 2 of its share.
+    assert!(l1 < 0.5, "{l1}");
+    // And each by itself: without the other lamp, only its own caustic is there.
+    let alone = FrameRequest { lights: vec![lamps[1].clone()], ..request };
+    let drawn = rendered(&mut renderer, &alone, &window, 8.0);
+    let truth = traced(&renderer_scene(&renderer), &Pose::rest(&renderer.world().scene), &lamps[1..], window);
+    let energy = energy_ratio(&truth, &drawn).unwrap();
+    assert!((energy - 1.0).abs() < 0.02, "the second lamp alone: {energy}");
+}
+
+/// The scene without the floor that the renderer appends.
+fn renderer_scene(renderer: &Renderer) -> Scene {
+    let mut scene = renderer.world().scene.clone();
+    scene.roots.pop();
+    scene
+}
+
+fn dancer() -> (World, Stage) {
+    let mut shot = Shot::for_model(&asset("dancer.glb"));
+    shot.glass.bodies = GlassBodies::All;
+    shot.glass.ior = Some(1.2);
+    shot.glass.attenuation_distance = Some(f32::INFINITY);
+    shot.environment = EnvironmentChoice::Absent;
+    shot.floor.level = FloorLevel::Auto;
+    Stage::open(shot).expect("a stage")
+}
+
+/// A clip played forward, held, and wound back on one device: at each moment eye and light see the body as it is then.
+#[test]
+fn a_played_clip_is_never_stale() {
+    const SIZE: [u32; 2] = [320, 320];
+    let (world, stage) = dancer();
+    let floor = world.floor.expect("a floor");
+    let mut renderer = renderer(gpu(), world);
+    let scene = renderer_scene(&renderer);
+    let usual = stage.request(0.0, &murano_render::Settings::default());
+    let duration = usual.clip.map_or(0.0, |clip| scene.clips[clip].duration);
+    let window = window(&floor, 1.5 * stage.extent().radius);
+    for share in [0.1, 0.35, 0.6, 0.6, 0.1] {
+        let request = FrameRequest {
+            time: share * duration,
+            size: SIZE,
+            refraction: settings(Method::Newton, 5),
+            caustics: Some(Caustics { photons: 192, ..Caustics::default() }),
+            aov: true,
+            ..usual.clone()
+        };
+        let pose = Pose::sample(&scene, request.clip, clip_time(LoopMode::Loop, request.time, duration));
+        let traced_world = murano_reference::World::of_scene(&scene, &pose).expect("a world");
+        let camera =
+            Camera { world_from_view: request.view.world_from_view, projection: request.view.projection, size: SIZE };
+        let aov = renderer.render(&request).expect("a frame").aov.expect("asked for");
+        let (status, exits) = (scalars(&aov, "status"), vectors(&aov, "exit_direction"));
+        let truth = two_interfaces(&traced_world, &camera);
+        let differ =
+            truth.iter().zip(&status).filter(|(path, status)| (path.status == Status::NoGlass) != (**status == 0.0));
+        let covered = truth.iter().filter(|path| path.status != Status::NoGlass).count();
+        let differ = differ.count() as f64 / covered as f64;
+        let both = truth.iter().zip(status.iter().zip(&exits));
+        let angles = both.filter(|(path, (status, _))| path.status == Status::Left && **status == 1.0);
+        let angles = Distribution::of(angles.map(|(path, (_, exit))| degrees_between(path.exit, *exit)).collect());
+        let light = traced(&scene, &pose, &request.lights, window);
+        let drawn = rendered(&mut renderer, &request, &window, 6.0 * stage.extent().radius);
+        let (energy, l1) = (energy_ratio(&light, &drawn).unwrap(), relative_l1(&light, &drawn).unwrap());
+        eprintln!("at {share}: outline {differ:.5}, {angles}; caustic energy {energy:.3}, relative L1 {l1:.3}");
+        // Between these moments the outline moves by tens of percents of the body.
+        assert!(differ < 0.002, "outline at {share}: {differ}");
+        assert!(angles.p50 < 0.1 && angles.mean < 0.5, "exit directions at {share}: {angles}");
+        // Light that goes on through another limb is no longer refracted twice, which the renderer does not know: up to a
+        // fifth of the energy.
+        assert!((energy - 1.0).abs() < 0.3 && l1 < 0.5, "caustic at {share}: energy {energy}, relative L1 {l1}");
+    }
+}
