@@ -19,6 +19,7 @@ mod hit;
 mod mesh;
 mod path;
 mod photons;
+mod sampler;
 mod shape;
 mod two;
 mod world;

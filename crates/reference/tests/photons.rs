@@ -125,7 +125,8 @@ fn glass_of_index_1_leaves_the_light_as_it_is() {
         let noise = map.noise(PhotonClass::TwoRefractions).relative_l1;
         eprintln!("{:?}: relative L1 {:.4}, noise {noise:.4}", lamp.light.kind, error / lit);
         assert!(texels.len() > 1000 && noise < 0.02);
-        assert!(error / lit < 1.2 * noise, "{:?}: {}", lamp.light.kind, error / lit);
+        // The noise is itself an estimate, from two halves.
+        assert!(error / lit < 1.5 * noise, "{:?}: {}", lamp.light.kind, error / lit);
     }
 }
 

@@ -71,7 +71,7 @@ pub struct Arguments {
     )]
     runs: u32,
     /// Path tracing goes on until the standard error is this part of the picture's brightness
-    #[arg(long, value_name = "X", value_parser = values::positive, default_value_t = 0.03, help_heading = "Comparison")]
+    #[arg(long, value_name = "X", value_parser = values::positive, default_value_t = 0.1, help_heading = "Comparison")]
     noise: f64,
     /// Photons traced for the truth of caustics
     #[arg(

@@ -17,9 +17,9 @@ use murano_render::Aov;
 use super::{Subject, Timing, look::Look, time_frames};
 
 /// Photons of each lamp in a path-traced picture.
-const PATH_PHOTONS: u64 = 2_000_000;
+const PATH_PHOTONS: u64 = 1_000_000;
 /// How far they are blurred, in diameters of the body.
-const PHOTON_RADIUS: f64 = 0.006;
+const PHOTON_RADIUS: f64 = 0.008;
 
 /// A two-interface path as both the renderer and the tracer know it. World space.
 #[derive(Clone, Copy, Debug, Default)]

@@ -116,7 +116,7 @@ fn fresnel(at_normal: DVec3, cosine: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::path::sampler::Sampler;
+    use crate::sampler::Sampler;
 
     const NORMAL: DVec3 = DVec3::new(0.36, 0.48, 0.8);
 

@@ -22,18 +22,11 @@ pub(super) fn arriving(placed: &PlacedLight, point: DVec3) -> Option<Arriving> {
     let to_light = place.w_axis.truncate() - point;
     let distance = to_light.length();
     let towards = to_light / distance;
-    let share = match light.kind {
-        LightKind::Directional => {
-            let lit = full != DVec3::ZERO;
-            return lit.then_some(Arriving { towards: -axis, distance: f64::INFINITY, irradiance: full });
-        }
-        LightKind::Point => 1.0,
-        LightKind::Spot { inner, outer } => {
-            let [inner, outer] = [inner.min(outer), outer].map(|angle| f64::from(angle).cos());
-            let across = ((-towards.dot(axis) - outer) / (inner - outer).max(1e-7)).clamp(0.0, 1.0);
-            across * across
-        }
-    };
+    if light.kind == LightKind::Directional {
+        let lit = full != DVec3::ZERO;
+        return lit.then_some(Arriving { towards: -axis, distance: f64::INFINITY, irradiance: full });
+    }
+    let share = light.kind.falloff(-towards.dot(axis));
     let within = if light.range.is_finite() && light.range > 0.0 {
         (1.0 - (distance / f64::from(light.range)).powi(4)).clamp(0.0, 1.0)
     } else {

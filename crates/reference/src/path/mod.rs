@@ -15,7 +15,6 @@
 mod brdf;
 mod lights;
 mod photon_map;
-mod sampler;
 mod sky;
 mod surface;
 mod textures;
@@ -29,11 +28,10 @@ use rayon::prelude::*;
 
 pub use self::photon_map::PhotonMap;
 use self::{
-    sampler::Sampler,
     sky::{Sky, luminance},
     tree::{Branches, Found, Tracer},
 };
-use crate::{Camera, World};
+use crate::{Camera, World, sampler::Sampler};
 
 /// Pixels that one task traces.
 const TASK: usize = 64;

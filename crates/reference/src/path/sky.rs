@@ -149,7 +149,7 @@ fn draw(sums: &[f64], u: f64) -> (usize, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::path::sampler::Sampler;
+    use crate::sampler::Sampler;
 
     fn uneven(width: u32, height: u32) -> Environment {
         let mut sampler = Sampler::new(3, 0, 0);

@@ -7,11 +7,10 @@ use super::{
     PathScene, PathSettings,
     brdf::Reflection,
     lights::arriving,
-    sampler::Sampler,
     sky::Sky,
     surface::{Surface, kept, surface},
 };
-use crate::{Departure, Facing, Hit, Opaque, Ray};
+use crate::{Departure, Facing, Hit, Opaque, Ray, sampler::Sampler};
 
 /// What a branch leaves from.
 #[derive(Clone, Copy)]

@@ -61,13 +61,9 @@ impl Source {
         }
     }
 
-    /// Radiant intensity towards a direction as a part of that on the axis: the falloff of KHR_lights_punctual over the cosine
-    /// of the angle to a spot's axis.
+    /// Radiant intensity towards a direction as a part of that on the axis.
     fn falloff(&self, direction: DVec3) -> f64 {
-        let LightKind::Spot { inner, outer } = self.kind else { return 1.0 };
-        let (cos_outer, cos_inner) = (f64::from(outer).cos(), f64::from(inner.min(outer)).cos());
-        let part = (direction.dot(self.axis) - cos_outer) / (cos_inner - cos_outer).max(1e-7);
-        part.clamp(0.0, 1.0).powi(2)
+        self.kind.falloff(direction.dot(self.axis))
     }
 
     /// The ray that carries light to a point, and the length it runs; infinite for parallel light.

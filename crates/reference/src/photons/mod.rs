@@ -22,7 +22,7 @@ pub use emission::Ball;
 pub use map::{CausticMap, Noise, caustic_map, direct_irradiance};
 pub use window::{Receiver, Window};
 
-use crate::World;
+use crate::{World, sampler::Sampler};
 use emission::{Emission, Source, glass_ball};
 use transport::Transport;
 
@@ -160,23 +160,9 @@ impl Grid {
         let cells = self.side * self.side;
         let (half, cell) = (index / cells, index % cells);
         let corner = DVec2::new((cell % self.side) as f64, (cell / self.side) as f64);
-        let key = scrambled(self.seed).wrapping_add(2 * index);
-        let jitter = DVec2::new(unit(scrambled(key)), unit(scrambled(key.wrapping_add(1))));
+        let jitter = DVec2::from_array(Sampler::new(self.seed, cell, half).pair());
         ((corner + jitter) / self.side as f64, half as usize)
     }
-}
-
-/// In [0, 1), from the upper bits.
-fn unit(bits: u64) -> f64 {
-    (bits >> 11) as f64 / (1_u64 << 53) as f64
-}
-
-/// The step and finaliser of SplitMix64 (Steele, Lea and Flood, OOPSLA 2014): numbers in a row in, independent bits out.
-fn scrambled(index: u64) -> u64 {
-    let mut z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 #[cfg(test)]

@@ -15,12 +15,14 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use murano_gpu::OutputChecks;
-use serde_json::json;
+use murano_metrics::report::{Block, Report};
+use serde::Serialize;
 
+use super::output::{Facts, Output};
 use crate::{
     failure::OverThreshold,
     options::AdapterOption,
-    terminal::{Progress, say, say_json},
+    terminal::{Progress, say},
 };
 use table::Row;
 
@@ -35,16 +37,40 @@ pub struct Arguments {
     /// Few steps of each sweep
     #[arg(long)]
     quick: bool,
-    /// One line of JSON on stdout
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Everything measured.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    facts: Facts,
+    rows: Vec<Row>,
+    /// Lines that break their limits.
+    broken: usize,
+    seconds: f64,
+}
+
+impl Results {
+    fn page(&self) -> Report {
+        let about = "Inputs that break renderers, each rendered by every method with every pass's output checked for NaN and \
+                     infinity, and held against the same triangles traced in f64. What has no right answer must be flagged.";
+        Report {
+            title: "Stability: hostile inputs".into(),
+            summary: format!("{} lines, {} broken, {:.0} s", self.rows.len(), self.broken, self.seconds),
+            facts: self.facts.list(),
+            blocks: vec![Block::Paragraph(about.into()), Block::Table(table::block(&self.rows))],
+        }
+    }
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
+    arguments.output.prepare()?;
     let start = Instant::now();
     let mut gpu = arguments.adapter.open()?.with_output_checks(OutputChecks::NonFinite);
-    let adapter = gpu.adapter_name();
+    let facts = Facts::gather(&gpu);
     let groups = cases::groups(arguments.quick);
     let mut progress = Progress::new("cases", groups.iter().map(|group| group.cases.len() as u64).sum());
     let mut rows: Vec<Row> = Vec::new();
@@ -65,17 +91,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     rows.push(imports::refusals()?);
 
     let broken = rows.iter().filter(|row| !row.holds()).count();
-    let seconds = start.elapsed().as_secs_f64();
-    if arguments.json {
-        say_json(&json!({ "adapter": adapter, "rows": rows, "broken": broken, "seconds": seconds }))?;
-    } else {
-        say(table::text(&rows))?;
-        say(format!("{} lines, {broken} broken, {seconds:.0} s, {adapter}", rows.len()))?;
+    let results = Results { facts, rows, broken, seconds: start.elapsed().as_secs_f64() };
+    let summary = format!("{} lines, {broken} broken, {:.0} s", results.rows.len(), results.seconds);
+    if !arguments.output.json_on_stdout() {
+        say(table::text(&results.rows))?;
+        say(format!("{summary}, {}", results.facts.adapter))?;
     }
+    arguments.output.write(&results, || results.page())?;
     if broken > 0 {
         return Err(OverThreshold(format!(
             "{broken} of {} lines of the stability table break their limits",
-            rows.len()
+            results.rows.len()
         ))
         .into());
     }

@@ -1,5 +1,6 @@
 //! The table: a line for each group and method, with its worst case.
 
+use murano_metrics::report::{Column, Table};
 use murano_refraction::Method;
 use serde::Serialize;
 
@@ -167,6 +168,40 @@ pub fn text(rows: &[Row]) -> String {
         lines.extend(row.worst.iter().map(|worst| format!("           {worst}")));
     }
     lines.join("\n")
+}
+
+/// The table for a page.
+pub fn block(rows: &[Row]) -> Table {
+    let number = Column::number;
+    let columns = vec![
+        Column::text("hostile input"),
+        Column::text("method"),
+        number("pictures"),
+        number("non-finite"),
+        number("mean °"),
+        number("p95 °"),
+        number("max °"),
+        number("wrong %"),
+        number("flagged %"),
+        Column::text("worst cases"),
+    ];
+    let cells = |row: &Row| {
+        let measured = |text: String| if row.method.is_some() { text } else { String::new() };
+        vec![
+            row.group.to_owned(),
+            row.method.unwrap_or("all").to_owned(),
+            row.pictures.to_string(),
+            row.non_finite.to_string(),
+            measured(format!("{:.4}", row.mean_degrees)),
+            measured(format!("{:.3}", row.p95_degrees)),
+            measured(format!("{:.2}", row.max_degrees)),
+            measured(format!("{:.2}", 100.0 * row.wrong)),
+            measured(format!("{:.2}", 100.0 * row.flagged)),
+            row.worst.join("; "),
+        ]
+    };
+    let caption = "The worst case of each group; wrong: another status than the truth's, unflagged".into();
+    Table { caption, columns, rows: rows.iter().map(cells).collect() }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Random numbers that depend on the pixel and the sample alone, whatever thread traces them.
+//! Random numbers that depend on what they are for alone, whatever thread asks for them.
 
 /// SplitMix64 (Steele, Lea and Flood 2014).
-pub(super) struct Sampler(u64);
+pub(crate) struct Sampler(u64);
 
 /// The increment: 2^64 over the golden ratio.
 const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Sampler {
-    /// A stream of its own for each sample of each pixel.
+    /// A stream of its own for each sample of each pixel, or of each photon.
     pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
         let mut stream = Self(seed);
         for part in [pixel, sample] {
