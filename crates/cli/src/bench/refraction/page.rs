@@ -140,7 +140,8 @@ fn time_against_error(results: &Results, ior: f64) -> Plot {
     }
     Plot {
         title: format!("n = {ior}"),
-        caption: "A point a model and method; less is better on both axes.".into(),
+        caption: "A point a model and method; less is better on both axes. The front is over all models together."
+            .into(),
         x: Axis { label: "GPU time of the glass, ms".into(), scaling: Scaling::Logarithmic },
         y: Axis { label: "mean error of the exit direction, degrees".into(), scaling: Scaling::Logarithmic },
         series,
