@@ -187,6 +187,21 @@ impl ShotOptions {
         shot.light.orbit = self.light_orbit.unwrap_or(shot.light.orbit);
     }
 
+    /// Whether `--method` is given.
+    pub fn names_method(&self) -> bool {
+        self.method.is_some()
+    }
+
+    /// Photons and size of the map of caustics, and their method, unless they are switched off.
+    pub fn caustics(&self) -> Caustics {
+        let usual = Caustics::default();
+        Caustics {
+            method: self.caustics.and_then(|choice| choice.0).unwrap_or(usual.method),
+            photons: self.photons.unwrap_or(usual.photons),
+            map_size: self.caustic_size.unwrap_or(usual.map_size),
+        }
+    }
+
     /// How the shot is rendered.
     pub fn settings(&self) -> Settings {
         let default = Settings::default();
@@ -197,12 +212,8 @@ impl ShotOptions {
             tir: self.tir.unwrap_or(default.refraction.tir),
             reflection: !self.no_reflection,
         };
-        let usual = Caustics::default();
-        let caustics = self.caustics.unwrap_or(CausticsChoice(Some(usual.method))).0.map(|method| Caustics {
-            method,
-            photons: self.photons.unwrap_or(usual.photons),
-            map_size: self.caustic_size.unwrap_or(usual.map_size),
-        });
+        let off = self.caustics == Some(CausticsChoice(None));
+        let caustics = (!off).then(|| self.caustics());
         let skipping = match (self.no_skip, self.verify_skips) {
             (true, _) => Skipping::Off,
             (_, true) => Skipping::Verify,

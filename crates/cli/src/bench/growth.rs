@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use anyhow::Result;
 use murano_metrics::{
     report::{Axis, Plot, Point, Series},
     scale::Scaling,
@@ -19,7 +18,7 @@ pub struct Growth {
     pub measured: String,
     /// Points in order of the quantity.
     pub points: Vec<GrowthPoint>,
-    /// y = coefficient x^exponent through the points; `None` with fewer than two.
+    /// y = coefficient x^exponent through the points; `None` where there are fewer than two, or times of zero.
     pub law: Option<PowerLaw>,
 }
 
@@ -36,14 +35,10 @@ pub struct GrowthPoint {
 
 impl Growth {
     /// A curve through measured points.
-    ///
-    /// # Errors
-    /// If a time is not a positive number.
-    pub fn new(quantity: &'static str, measured: impl Into<String>, points: Vec<GrowthPoint>) -> Result<Self> {
+    pub fn new(quantity: &'static str, measured: impl Into<String>, points: Vec<GrowthPoint>) -> Self {
         let [x, y]: [Vec<f64>; 2] =
             [points.iter().map(|point| point.x).collect(), points.iter().map(|point| point.ms).collect()];
-        let law = if points.len() < 2 { None } else { Some(fit_power_law(&x, &y)?) };
-        Ok(Self { quantity, measured: measured.into(), points, law })
+        Self { quantity, measured: measured.into(), points, law: fit_power_law(&x, &y).ok() }
     }
 }
 

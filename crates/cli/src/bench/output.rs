@@ -21,11 +21,29 @@ use crate::{
 #[derive(Args)]
 pub struct Output {
     /// Writes all figures as JSON; on stdout without FILE
-    #[arg(long, value_name = "FILE", num_args = 0..=1, default_missing_value = "-", help_heading = "Output")]
+    #[arg(
+        long, value_name = "FILE.json", num_args = 0..=1, default_missing_value = "-", value_parser = json_file,
+        help_heading = "Output"
+    )]
     json: Option<PathBuf>,
     /// Writes a page with tables and plots, whole in one file
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    #[arg(long, value_name = "FILE.html", value_parser = html_file, help_heading = "Output")]
     html: Option<PathBuf>,
+}
+
+/// `-`, or a file named as JSON: a model that follows a bare `--json` must not be taken for the place to write to.
+fn json_file(text: &str) -> Result<PathBuf, String> {
+    if text == "-" { Ok(text.into()) } else { named(text, "json") }
+}
+
+fn html_file(text: &str) -> Result<PathBuf, String> {
+    named(text, "html")
+}
+
+fn named(text: &str, extension: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let fits = path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension));
+    if fits { Ok(path) } else { Err(format!("`{text}` does not end in .{extension}, so it is not written to")) }
 }
 
 impl Output {
@@ -52,6 +70,11 @@ impl Output {
             write_file(path, page().to_html().as_bytes())?;
         }
         Ok(())
+    }
+
+    /// Whether a page is wanted.
+    pub fn page(&self) -> bool {
+        self.html.is_some()
     }
 
     /// Whether stdout is taken by JSON.

@@ -13,6 +13,7 @@ use murano_refraction::{Method, Refraction};
 use serde::Serialize;
 
 use crate::{
+    export::prepare_folder,
     failure::OverThreshold,
     options::{AdapterOption, ShotOptions},
     terminal::{say, say_json, watched},
@@ -49,7 +50,7 @@ pub struct Arguments {
     adapter: AdapterOption,
 
     /// Methods of refraction and of caustics; after a colon, steps or photons a side where they are to differ from --steps
-    /// and --photons [default: all of refraction]
+    /// and --photons [default: --method, or all of refraction]
     #[arg(long, value_name = "A,B:NUMBER,...", value_delimiter = ',', help_heading = "Comparison")]
     methods: Vec<MethodChoice>,
     /// What counts as the truth
@@ -84,20 +85,39 @@ pub struct Arguments {
     json: bool,
 }
 
-#[derive(Serialize)]
+/// Everything measured.
 struct Comparison {
     input: String,
     ior: f64,
     adapter: String,
     size: [u32; 2],
-    /// Pixels of glass.
-    covered: usize,
+    /// Pixels of glass; `None` where no path was compared.
+    covered: Option<usize>,
     /// Of the path-traced picture: mean standard error over mean luminance.
-    #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<f64>,
     rows: Vec<RefractionRow>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     caustics: Vec<CausticRow>,
+}
+
+/// `--json`.
+#[derive(Serialize)]
+struct JsonComparison<'a> {
+    input: &'a str,
+    ior: f64,
+    adapter: &'a str,
+    size: [u32; 2],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    covered: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<f64>,
+    rows: Vec<JsonRow<'a>>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum JsonRow<'a> {
+    Refraction(&'a RefractionRow),
+    Caustics(&'a CausticRow),
 }
 
 /// Most passes of path tracing, 16 samples a pixel each.
@@ -107,27 +127,29 @@ const MOST_PASSES: u32 = 64;
 pub fn run(arguments: &Arguments) -> Result<()> {
     let shot = arguments.shot.shot()?;
     let settings = arguments.shot.settings();
+    if let Some(folder) = &arguments.heatmap {
+        prepare_folder(&folder.join("truth.png"))?;
+    }
     let mut subject = Subject::open(arguments.adapter.open()?, shot, &settings)?;
-    let truth = Truth::trace(&subject)?;
-    let (refractions, caustics) = arguments.chosen(&subject);
+    let (refractions, caustics) = arguments.chosen(settings.refraction);
     let mut comparison = Comparison {
         input: arguments.shot.input().display().to_string(),
-        ior: truth.ior(),
+        ior: subject.ior()?,
         adapter: subject.adapter(),
         size: subject.request.size,
-        covered: truth.covered(),
+        covered: None,
         noise: None,
         rows: Vec::new(),
         caustics: Vec::new(),
     };
     if !refractions.is_empty() {
-        arguments.compare_refraction(&mut subject, truth, &refractions, &mut comparison)?;
+        arguments.compare_refraction(&mut subject, &refractions, &mut comparison)?;
     }
     if !caustics.is_empty() {
         arguments.compare_caustics(&mut subject, &caustics, &mut comparison)?;
     }
     if arguments.json {
-        say_json(&comparison)?;
+        say_json(&comparison.json())?;
     } else {
         comparison.say()?;
     }
@@ -135,8 +157,23 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Comparison {
+    /// Rows of both kinds in one list.
+    fn json(&self) -> JsonComparison<'_> {
+        let refraction = self.rows.iter().map(JsonRow::Refraction);
+        JsonComparison {
+            input: &self.input,
+            ior: self.ior,
+            adapter: &self.adapter,
+            size: self.size,
+            covered: self.covered,
+            noise: self.noise,
+            rows: refraction.chain(self.caustics.iter().map(JsonRow::Caustics)).collect(),
+        }
+    }
+
     fn say(&self) -> Result<()> {
-        say(format_args!("{}, n = {}, {} pixels of glass", self.adapter, self.ior, self.covered))?;
+        let covered = self.covered.map_or_else(String::new, |pixels| format!(", {pixels} pixels of glass"));
+        say(format_args!("{}, n = {}{covered}", self.adapter, self.ior))?;
         if let Some(noise) = self.noise {
             say(format_args!("FLIP and RMSE against a path-traced picture, standard error {:.2} %", 100.0 * noise))?;
         }
@@ -152,8 +189,10 @@ impl Comparison {
 
 impl Arguments {
     /// The methods asked for.
-    fn chosen(&self, subject: &Subject) -> (Vec<Refraction>, Vec<Caustics>) {
-        let usual = subject.request.refraction;
+    fn chosen(&self, usual: Refraction) -> (Vec<Refraction>, Vec<Caustics>) {
+        if self.methods.is_empty() && self.shot.names_method() {
+            return (vec![usual], Vec::new());
+        }
         if self.methods.is_empty() {
             return (Method::ALL.map(|method| Refraction { method, ..usual }).to_vec(), Vec::new());
         }
@@ -164,7 +203,7 @@ impl Arguments {
                     refractions.push(Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual });
                 }
                 MethodChoice::Caustics(method, photons) => {
-                    let usual = subject.request.caustics.unwrap_or_default();
+                    let usual = self.shot.caustics();
                     caustics.push(Caustics { method, photons: photons.unwrap_or(usual.photons), ..usual });
                 }
             }
@@ -175,10 +214,11 @@ impl Arguments {
     fn compare_refraction(
         &self,
         subject: &mut Subject,
-        mut truth: Truth,
         refractions: &[Refraction],
         comparison: &mut Comparison,
     ) -> Result<()> {
+        let mut truth = Truth::trace(subject)?;
+        comparison.covered = Some(truth.covered());
         if self.reference == Reference::Path {
             truth = watched("tasks of path tracing", |progress| {
                 truth.with_path_traced_picture(subject, MOST_PASSES, self.noise, progress)

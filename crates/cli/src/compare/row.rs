@@ -13,6 +13,8 @@ use crate::{
 pub struct RefractionRow {
     method: &'static str,
     steps: u32,
+    /// Pixels over which the angles are taken: truth and method both left.
+    compared: usize,
     mean_deg: f64,
     p50_deg: f64,
     p95_deg: f64,
@@ -24,6 +26,7 @@ pub struct RefractionRow {
     invalid: f64,
     flip: Option<f64>,
     rmse: Option<f64>,
+    ssim: Option<f64>,
     /// Median of the passes that find and draw the glass: eye_map and refract.
     gpu_ms: Option<f64>,
     /// Between the quartiles of the same.
@@ -43,6 +46,7 @@ impl RefractionRow {
         Self {
             method: trial.refraction.method.name(),
             steps: trial.refraction.steps,
+            compared: paths.compared,
             mean_deg: paths.mean_deg,
             p50_deg: paths.p50_deg,
             p95_deg: paths.p95_deg,
@@ -53,6 +57,7 @@ impl RefractionRow {
             invalid: paths.invalid,
             flip: trial.errors.flip.as_ref().map(|flip| flip.mean),
             rmse: trial.errors.rmse,
+            ssim: trial.errors.ssim,
             gpu_ms: gpu.map(|spread| spread.median),
             gpu_ms_spread: gpu.map(|spread| spread.interquartile()),
             frame_ms: trial.timing.frame.median,
@@ -182,6 +187,11 @@ impl CausticRow {
     /// Median GPU time of the caustics, milliseconds.
     pub fn gpu_ms(&self) -> Option<f64> {
         self.gpu_ms
+    }
+
+    /// The method's name.
+    pub fn method(&self) -> &'static str {
+        self.method
     }
 
     /// Texels along a side of the caustic map.

@@ -17,6 +17,8 @@ use super::{Subject, Timing, time_frames};
 const CAUSTIC_PASSES: [&str; 3] = ["light_map", "emit", "deposit"];
 /// Texels a side of the compared map.
 const TEXELS: u32 = 256;
+/// Pixels a side of each of them: a picture samples points, and a focus can be narrower than a texel.
+const FINER: u32 = 4;
 /// Share of the light that lands within the compared map.
 const SHARE: f64 = 0.95;
 /// Photons that find out where the light lands.
@@ -185,7 +187,7 @@ impl CausticTrial {
         let height = 4.0 * subject.diameter;
         let frame = subject.render(|request| {
             request.view = view_down(&truth.window, height);
-            request.size = truth.window.size;
+            request.size = truth.window.size.map(|side| FINER * side);
             request.lights.truncate(1);
             request.caustics = Some(caustics);
             request.aov = true;
@@ -196,7 +198,9 @@ impl CausticTrial {
             let channel = |c: usize| f64::from(planes[c][texel]).max(0.0);
             luminance(DVec3::new(channel(0), channel(1), channel(2)))
         });
-        let map = IrradianceMap::new(truth.window.size, truth.window.texel_area(), values.collect())?;
+        let area = truth.window.texel_area() / f64::from(FINER * FINER);
+        let fine = IrradianceMap::new(truth.window.size.map(|side| FINER * side), area, values.collect())?;
+        let map = fine.downsampled(FINER)?;
         let mut request = subject.request.clone();
         request.caustics = Some(caustics);
         let timing = time_frames(&mut subject.renderer, &request, runs)?;

@@ -1,14 +1,14 @@
 //! Refraction measured: a method's paths and picture against the truth's, and its time.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use glam::{DVec3, Vec3};
 use murano_metrics::{
-    images::{DEFAULT_PIXELS_PER_DEGREE, FlipMap, Picture, flip, rmse},
+    images::{DEFAULT_PIXELS_PER_DEGREE, FlipMap, Picture, flip, rmse, ssim},
     paths::{PathErrors, Paths, Silhouette, path_errors},
 };
 use murano_optics::{critical_clamp, reflected};
 use murano_reference::{
-    Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces, World,
+    Ball, Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces, World,
     path_picture, trace_photons, two_interfaces,
 };
 use murano_refraction::{Refraction, TirPolicy};
@@ -70,7 +70,8 @@ pub struct Truth {
     noise: Option<f64>,
     origin: DVec3,
     tir: TirPolicy,
-    ior: f64,
+    /// Of the ball around all glass, metres.
+    diameter: f64,
 }
 
 impl Truth {
@@ -81,11 +82,15 @@ impl Truth {
     pub fn trace(subject: &Subject) -> Result<Self> {
         let world = subject.traced()?;
         let camera = subject.camera();
+        ensure!(
+            world.bodies.iter().any(|body| (body.ior - 1.0).abs() > 1e-9),
+            "glass of index 1 refracts nothing, so there is nothing to compare; give another --ior"
+        );
         let tir = subject.request.refraction.tir;
         let paths = two_interfaces(&world, &camera);
-        anyhow::ensure!(
+        ensure!(
             paths.iter().any(|path| path.status != Status::NoGlass),
-            "the camera sees no glass, so there is nothing to compare; change --camera"
+            "the camera sees no glass from outside, so there is nothing to compare; change --camera"
         );
         let samples: Vec<PathSample> = paths.iter().map(|path| traced_sample(&world, path, tir)).collect();
         let origin = camera.world_from_view.w_axis.truncate();
@@ -100,7 +105,7 @@ impl Truth {
             noise: None,
             origin,
             tir,
-            ior: world.bodies[0].ior,
+            diameter: diameter(&world),
         })
     }
 
@@ -160,15 +165,16 @@ impl Truth {
         Ok(Some(Picture::from_linear(subject.request.size, &radiance, subject.request.exposure)?))
     }
 
-    /// Index of refraction of the first body.
-    pub fn ior(&self) -> f64 {
-        self.ior
-    }
-
     /// Pixels that show glass.
     pub fn covered(&self) -> usize {
         self.samples.iter().filter(|sample| sample.status != 0).count()
     }
+}
+
+/// Diameter of a ball around all glass, metres.
+fn diameter(world: &World) -> f64 {
+    let balls = world.bodies.iter().filter_map(|body| body.shape.ball());
+    2.0 * balls.reduce(Ball::around).map_or(0.5, |ball| ball.radius)
 }
 
 /// Photons of every lamp on the opaque things of a subject.
@@ -179,7 +185,7 @@ fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
         let mut keep = |landing: &Landing| landings.push(*landing);
         trace_photons(world, light, &Receiver::Opaque, &tracing, &|_, _| {}, &mut keep)?;
     }
-    Ok(PhotonMap::new(landings, PHOTON_RADIUS * subject.diameter))
+    Ok(PhotonMap::new(landings, PHOTON_RADIUS * diameter(world)))
 }
 
 fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSample {
@@ -245,6 +251,8 @@ pub struct RefractionErrors {
     pub flip: Option<FlipMap>,
     /// Likewise.
     pub rmse: Option<f64>,
+    /// Likewise; `None` too for a picture smaller than the window of the measure.
+    pub ssim: Option<f64>,
 }
 
 impl RefractionTrial {
@@ -267,13 +275,14 @@ impl RefractionTrial {
         let aov = frame.aov.context("the frame lacks its output variables")?;
         let samples = rendered_samples(&aov);
         let lists = PathLists::of(&samples, truth.origin);
-        let paths = path_errors(truth.lists.paths(), lists.paths(), subject.diameter, subject.request.size, ring)?;
+        let paths = path_errors(truth.lists.paths(), lists.paths(), truth.diameter, subject.request.size, ring)?;
         let picture = truth.tested_picture(subject, &aov, &samples)?;
         let both = truth.picture.as_ref().zip(picture.as_ref());
         let errors = RefractionErrors {
             paths,
             flip: both.map(|(truth, tested)| flip(truth, tested, DEFAULT_PIXELS_PER_DEGREE)).transpose()?,
             rmse: both.map(|(truth, tested)| rmse(truth, tested)).transpose()?,
+            ssim: both.and_then(|(truth, tested)| ssim(truth, tested).ok()),
         };
         let mut request = subject.request.clone();
         request.refraction = refraction;

@@ -86,6 +86,14 @@ impl Subject {
         Ok(world)
     }
 
+    /// Index of refraction of the first body.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn ior(&self) -> Result<f64> {
+        Ok(self.traced()?.bodies[0].ior)
+    }
+
     /// The eye for the reference tracer.
     pub fn camera(&self) -> reference::Camera {
         let view = &self.request.view;

@@ -19,7 +19,8 @@ pub struct Ball {
 
 impl Ball {
     /// The smallest ball around this one and another.
-    fn around(self, other: Self) -> Self {
+    #[must_use]
+    pub fn around(self, other: Self) -> Self {
         let apart = other.centre - self.centre;
         let distance = apart.length();
         if distance + other.radius <= self.radius {

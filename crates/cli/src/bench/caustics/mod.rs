@@ -123,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     progress.finish();
-    results.growth = results.subjects.iter().map(SubjectResult::growth).collect::<Result<Vec<_>>>()?.concat();
+    results.growth = results.subjects.iter().flat_map(SubjectResult::growth).collect();
     if !arguments.output.json_on_stdout() {
         results.subjects.iter().try_for_each(|subject| say(subject.text()))?;
         results.growth.iter().try_for_each(say)?;
@@ -141,7 +141,11 @@ impl Arguments {
             };
             let photons = photons.map_or_else(|| self.photons.clone(), |photons| vec![photons]);
             for &map_size in &self.map_sizes {
-                chosen.extend(photons.iter().map(|&photons| Caustics { method, photons, map_size }));
+                for caustics in photons.iter().map(|&photons| Caustics { method, photons, map_size }) {
+                    if !chosen.contains(&caustics) {
+                        chosen.push(caustics);
+                    }
+                }
             }
         }
         Ok(chosen)
@@ -199,16 +203,17 @@ impl SubjectResult {
         format!("{} ({} triangles, {:.3} W)\n{}", self.title(), self.triangles, self.flux, caustic_table(&self.rows))
     }
 
-    /// How time grows with photons, a curve a size of map; none with a single number of photons.
-    fn growth(&self) -> Result<Vec<Growth>> {
-        let mut maps: Vec<u32> = self.rows.iter().map(CausticRow::map_size).collect();
-        maps.dedup();
-        let curve = |map: u32| {
-            let rows = self.rows.iter().filter(|row| row.map_size() == map);
+    /// How time grows with photons, a curve a method and size of map; none with a single number of photons.
+    fn growth(&self) -> Vec<Growth> {
+        let mut curves: Vec<(&'static str, u32)> = self.rows.iter().map(|row| (row.method(), row.map_size())).collect();
+        curves.sort_unstable();
+        curves.dedup();
+        let curve = |(method, map): (&'static str, u32)| {
+            let rows = self.rows.iter().filter(|row| row.method() == method && row.map_size() == map);
             let points: Vec<GrowthPoint> = rows.filter_map(CausticRow::growth_point).collect();
-            let measured = format!("{}: map of {map}²", self.title());
+            let measured = format!("{}: {method} into {map}²", self.title());
             (points.len() > 1).then(|| Growth::new("photons", measured, points))
         };
-        maps.into_iter().filter_map(curve).collect()
+        curves.into_iter().filter_map(curve).collect()
     }
 }

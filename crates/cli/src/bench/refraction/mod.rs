@@ -106,6 +106,7 @@ struct SubjectResult {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.output.prepare()?;
+    let chosen = arguments.chosen()?;
     let mut gpu = arguments.adapter.open()?;
     let facts = Facts::gather(&gpu);
     let subjects = arguments.inputs.len() * arguments.times.len() * arguments.iors.len();
@@ -116,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         for &time in &arguments.times {
             for &ior in &arguments.iors {
                 let (subject, device) = arguments
-                    .measure(gpu, input, time, ior, &mut progress)
+                    .measure(gpu, input, time, ior, &chosen, &mut progress)
                     .with_context(|| format!("{} at {time} s, n = {ior}", input.display()))?;
                 gpu = device;
                 results.subjects.push(subject);
@@ -137,12 +138,28 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 }
 
 impl Arguments {
+    /// The methods asked for.
+    fn chosen(&self) -> Result<Vec<Refraction>> {
+        let usual = Refraction::default();
+        let refraction = |choice: &MethodChoice| match *choice {
+            MethodChoice::Refraction(method, steps) => {
+                Ok(Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual })
+            }
+            MethodChoice::Caustics(..) => {
+                bail!("--methods of `bench refraction` are methods of refraction; see `murano bench caustics`")
+            }
+        };
+        self.methods.iter().map(refraction).collect()
+    }
+
+    #[allow(clippy::too_many_arguments)]
     fn measure(
         &self,
         gpu: Gpu,
         input: &Path,
         time: f64,
         ior: f64,
+        chosen: &[Refraction],
         progress: &mut Progress,
     ) -> Result<(SubjectResult, Gpu)> {
         let mut shot = open_shot(input)?;
@@ -155,15 +172,10 @@ impl Arguments {
         let mut subject = Subject::open(gpu, shot, &settings)?;
         let truth = Truth::trace(&subject)?;
         let (mut rows, mut pictures) = (Vec::new(), Vec::new());
-        let portrayed = time == self.times[0] && ior == self.iors[self.iors.len() - 1];
+        let portrayed = self.output.page() && time == self.times[0] && ior == self.iors[self.iors.len() - 1];
         let truth_picture = truth.picture().filter(|_| portrayed);
         pictures.extend(truth_picture.map(page::Portrait::of_truth).transpose()?);
-        for choice in &self.methods {
-            let MethodChoice::Refraction(method, steps) = *choice else {
-                bail!("--methods of `bench refraction` are methods of refraction; see `murano bench caustics`");
-            };
-            let usual = subject.request.refraction;
-            let refraction = Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual };
+        for &refraction in chosen {
             let trial =
                 RefractionTrial::run(&mut subject, &truth, refraction, Silhouette::Exclude, self.runs as usize)?;
             let row = RefractionRow::new(&trial);

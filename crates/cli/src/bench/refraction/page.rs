@@ -62,14 +62,21 @@ fn factor(size: [u32; 2]) -> u32 {
     size[0].max(size[1]).div_ceil(PORTRAIT)
 }
 
+/// Columns and rows of the pixels that become one; fewer where the picture is narrower than a block.
+fn pixels_of_block(size: [u32; 2], factor: u32, x: u32, y: u32) -> impl Iterator<Item = (u32, u32)> {
+    let range = move |place: u32, side: u32| place * factor..((place + 1) * factor).min(side);
+    range(y, size[1]).flat_map(move |row| range(x, size[0]).map(move |column| (column, row)))
+}
+
 fn smaller(picture: &Picture) -> Result<Picture> {
     let factor = factor(picture.size());
     let size = picture.size().map(|side| (side / factor).max(1));
     let width = picture.size()[0];
     let block = |x: u32, y: u32, channel: usize| {
-        let pixel = |i: u32| ((y * factor + i / factor) * width + x * factor + i % factor) as usize;
-        let sum: u32 = (0..factor * factor).map(|i| u32::from(picture.rgb()[pixel(i)][channel])).sum();
-        (sum / (factor * factor)) as u8
+        let (sum, count) = pixels_of_block(picture.size(), factor, x, y)
+            .map(|(column, row)| u32::from(picture.rgb()[(row * width + column) as usize][channel]))
+            .fold((0, 0), |(sum, count), value| (sum + value, count + 1));
+        (sum / count.max(1)) as u8
     };
     let rgb = (0..size[0] * size[1]).map(|i| [0, 1, 2].map(|channel| block(i % size[0], i / size[0], channel)));
     Ok(Picture::new(size, rgb.collect())?)
@@ -80,8 +87,8 @@ fn fewer(size: [u32; 2], values: &[f32]) -> ([u32; 2], Vec<f32>) {
     let factor = factor(size);
     let smaller = size.map(|side| (side / factor).max(1));
     let worst = |x: u32, y: u32| {
-        let value = |i: u32| values[((y * factor + i / factor) * size[0] + x * factor + i % factor) as usize];
-        (0..factor * factor).map(value).fold(f32::NAN, f32::max)
+        let value = |(column, row): (u32, u32)| values[(row * size[0] + column) as usize];
+        pixels_of_block(size, factor, x, y).map(value).fold(f32::NAN, f32::max)
     };
     (smaller, (0..smaller[0] * smaller[1]).map(|i| worst(i % smaller[0], i / smaller[0])).collect())
 }
