@@ -80,8 +80,8 @@ struct ModelResult {
     poses: usize,
     /// Largest distance of a vertex from f64, over the body's diameter.
     max_error: f64,
-    /// Largest angle of a normal from f64 where the normal is smooth, degrees.
-    max_normal_deg: f64,
+    /// Largest angle of a normal from f64 where normals are smooth, degrees; `None` where none is.
+    max_normal_deg: Option<f64>,
     /// Median time of sampling a clip and of the world matrices, microseconds.
     sample_us: f64,
     /// Median time of the palette and morph weights, microseconds.
@@ -185,7 +185,7 @@ fn poses(scene: &Scene, samples: u32) -> Vec<(Option<usize>, f64)> {
 #[derive(Default)]
 struct Errors {
     position: f64,
-    normal_deg: f64,
+    normal_deg: Option<f64>,
 }
 
 impl Errors {
@@ -206,7 +206,7 @@ impl Errors {
             // The normals of flat triangles are as good as the triangles are large; those are measured by position.
             if vertex.corner == 0 && *found != DVec3::ZERO && *wanted != DVec3::ZERO {
                 let angle = found.cross(*wanted).length().atan2(found.dot(*wanted)).to_degrees();
-                self.normal_deg = self.normal_deg.max(angle);
+                self.normal_deg = Some(self.normal_deg.unwrap_or(0.0).max(angle));
             }
         }
         Ok(())
@@ -240,7 +240,7 @@ impl Results {
                 model.clips.to_string(),
                 model.poses.to_string(),
                 format!("{:.1e}", model.max_error),
-                format!("{:.1e}", model.max_normal_deg),
+                model.max_normal_deg.map_or_else(|| "-".into(), |degrees| format!("{degrees:.1e}")),
                 format!("{:.1}", model.sample_us),
                 format!("{:.1}", model.palette_us),
                 model.deform_ms.map_or_else(|| "-".into(), |ms| format!("{ms:.3}")),
