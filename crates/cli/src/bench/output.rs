@@ -128,6 +128,11 @@ impl Facts {
     }
 }
 
+/// A model's name on a page.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
 /// A word as a shell would need it.
 fn shell_word(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+%@#".contains(c);

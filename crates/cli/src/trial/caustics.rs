@@ -11,7 +11,7 @@ use murano_reference::{PhotonClass, PhotonTracing, Receiver, Window, World, caus
 use murano_render::View;
 use murano_scene::{PlacedLight, Projection};
 
-use super::{Subject, Timing, time_frames};
+use super::{Subject, Timing, layers::vectors, time_frames};
 
 /// Passes that find where light lands and sum it up: all that depends on the number of photons and on nothing the eye sees.
 const CAUSTIC_PASSES: [&str; 3] = ["light_map", "emit", "deposit"];
@@ -192,12 +192,8 @@ impl CausticTrial {
             request.caustics = Some(caustics);
             request.aov = true;
         })?;
-        let layer = frame.aov.as_ref().and_then(|aov| aov.layers.iter().find(|layer| layer.name == "caustic"));
-        let planes = &layer.context("the frame lacks its caustic layer")?.planes;
-        let values = (0..planes[0].len()).map(|texel| {
-            let channel = |c: usize| f64::from(planes[c][texel]).max(0.0);
-            luminance(DVec3::new(channel(0), channel(1), channel(2)))
-        });
+        let aov = frame.aov.context("the frame lacks its output variables")?;
+        let values = vectors(&aov, "caustic")?.into_iter().map(|irradiance| luminance(irradiance.max(DVec3::ZERO)));
         let area = truth.window.texel_area() / f64::from(FINER * FINER);
         let fine = IrradianceMap::new(truth.window.size.map(|side| FINER * side), area, values.collect())?;
         let map = fine.downsampled(FINER)?;

@@ -1,6 +1,7 @@
 //! What `compare` and `bench` measure: one moment of a shot, rendered by any method, beside its ground truth and its time.
 
 mod caustics;
+mod layers;
 mod look;
 mod paths;
 mod subject;

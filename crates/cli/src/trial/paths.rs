@@ -14,7 +14,12 @@ use murano_reference::{
 use murano_refraction::{Refraction, TirPolicy};
 use murano_render::Aov;
 
-use super::{Subject, Timing, look::Look, time_frames};
+use super::{
+    Subject, Timing,
+    layers::{scalars, vectors},
+    look::Look,
+    time_frames,
+};
 
 /// Photons of each lamp in a path-traced picture.
 const PATH_PHOTONS: u64 = 1_000_000;
@@ -105,7 +110,7 @@ impl Truth {
             noise: None,
             origin,
             tir,
-            diameter: diameter(&world),
+            diameter: diameter(&world)?,
         })
     }
 
@@ -159,9 +164,8 @@ impl Truth {
         if !self.whole {
             return self.look.picture(samples);
         }
-        let layer = aov.layers.iter().find(|layer| layer.name == "radiance");
-        let planes = &layer.context("the frame lacks its radiance layer")?.planes;
-        let radiance: Vec<[f32; 3]> = (0..samples.len()).map(|pixel| [0, 1, 2].map(|c| planes[c][pixel])).collect();
+        let radiance: Vec<[f32; 3]> =
+            vectors(aov, "radiance")?.into_iter().map(|radiance| radiance.as_vec3().to_array()).collect();
         Ok(Some(Picture::from_linear(subject.request.size, &radiance, subject.request.exposure)?))
     }
 
@@ -172,9 +176,10 @@ impl Truth {
 }
 
 /// Diameter of a ball around all glass, metres.
-fn diameter(world: &World) -> f64 {
+fn diameter(world: &World) -> Result<f64> {
     let balls = world.bodies.iter().filter_map(|body| body.shape.ball());
-    2.0 * balls.reduce(Ball::around).map_or(0.5, |ball| ball.radius)
+    let ball = balls.reduce(Ball::around).context("the glass has no triangles, so there is nothing to compare")?;
+    Ok(2.0 * ball.radius)
 }
 
 /// Photons of every lamp on the opaque things of a subject.
@@ -185,7 +190,7 @@ fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
         let mut keep = |landing: &Landing| landings.push(*landing);
         trace_photons(world, light, &Receiver::Opaque, &tracing, &|_, _| {}, &mut keep)?;
     }
-    Ok(PhotonMap::new(landings, PHOTON_RADIUS * diameter(world)))
+    Ok(PhotonMap::new(landings, PHOTON_RADIUS * diameter(world)?))
 }
 
 fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSample {
@@ -210,24 +215,25 @@ fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSam
 }
 
 /// The paths that a frame's output variables tell.
-fn rendered_samples(aov: &Aov) -> Vec<PathSample> {
-    let layer = |name: &str| aov.layers.iter().find(|layer| layer.name == name);
-    let number = |name: &str, channel: usize, pixel: usize| {
-        layer(name).and_then(|layer| layer.planes.get(channel)).map_or(0.0, |plane| f64::from(plane[pixel]))
+fn rendered_samples(aov: &Aov) -> Result<Vec<PathSample>> {
+    let [status, length] = [scalars(aov, "status")?, scalars(aov, "path_length")?];
+    let [n1, t1, p2, n2, exit] = [
+        vectors(aov, "n1")?,
+        vectors(aov, "t1")?,
+        vectors(aov, "p2")?,
+        vectors(aov, "n2")?,
+        vectors(aov, "exit_direction")?,
+    ];
+    let sample = |pixel: usize| PathSample {
+        status: status[pixel] as u8,
+        n1: n1[pixel],
+        t1: t1[pixel],
+        p2: p2[pixel],
+        n2: n2[pixel],
+        exit: exit[pixel],
+        length: f64::from(length[pixel]),
     };
-    let vector = |name: &str, pixel: usize| DVec3::from_array([0, 1, 2].map(|channel| number(name, channel, pixel)));
-    let pixels = layer("status").map_or(0, |layer| layer.planes[0].len());
-    (0..pixels)
-        .map(|pixel| PathSample {
-            status: number("status", 0, pixel) as u8,
-            n1: vector("n1", pixel),
-            t1: vector("t1", pixel),
-            p2: vector("p2", pixel),
-            n2: vector("n2", pixel),
-            exit: vector("exit_direction", pixel),
-            length: number("path_length", 0, pixel),
-        })
-        .collect()
+    Ok((0..status.len()).map(sample).collect())
 }
 
 /// One method on one subject.
@@ -273,7 +279,7 @@ impl RefractionTrial {
             request.aov = true;
         })?;
         let aov = frame.aov.context("the frame lacks its output variables")?;
-        let samples = rendered_samples(&aov);
+        let samples = rendered_samples(&aov)?;
         let lists = PathLists::of(&samples, truth.origin);
         let paths = path_errors(truth.lists.paths(), lists.paths(), truth.diameter, subject.request.size, ring)?;
         let picture = truth.tested_picture(subject, &aov, &samples)?;

@@ -20,7 +20,7 @@ use serde::Serialize;
 
 use super::{
     growth::Growth,
-    output::{Facts, Output},
+    output::{Facts, Output, file_name},
 };
 use crate::{
     options::AdapterOption,
@@ -151,7 +151,7 @@ impl Arguments {
         let targets =
             scene.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.targets.len()).max();
         let result = ModelResult {
-            input: input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned(),
+            input: file_name(input),
             vertices: geometry.vertices.len(),
             joints: scene.skins.iter().map(|skin| skin.joints.len()).sum(),
             targets: targets.unwrap_or(0),

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::{
     growth::{Growth, GrowthPoint},
-    output::{Facts, Output},
+    output::{Facts, Output, file_name},
 };
 use crate::{
     compare::{CausticRow, caustic_table},
@@ -182,7 +182,7 @@ impl Arguments {
             progress.advance();
         }
         let result = SubjectResult {
-            input: input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned(),
+            input: file_name(input),
             light: values::light_name(light),
             triangles: subject.glass_triangles(),
             ior: self.ior,

@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use super::{
     growth::Growth,
-    output::{Facts, Output},
+    output::{Facts, Output, file_name},
 };
 use crate::{
     compare::{RefractionRow, table},
@@ -186,7 +186,7 @@ impl Arguments {
             progress.advance();
         }
         let result = SubjectResult {
-            input: input.file_name().unwrap_or(input.as_os_str()).to_string_lossy().into_owned(),
+            input: file_name(input),
             triangles: subject.glass_triangles(),
             time,
             ior,
