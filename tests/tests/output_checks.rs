@@ -82,7 +82,7 @@ fn extreme_cameras_show_numbers_or_are_refused() {
         if random.unit() < 0.3 {
             view.projection = Projection::Orthographic { half_height: magnitude(&mut random, -60.0, 60.0) };
         }
-        let method = Method::ALL[(3.0 * random.unit()) as usize];
+        let method = Method::ALL[(Method::ALL.len() as f64 * random.unit()) as usize];
         let size = [[24, 24], [1, 64], [300, 2]][(3.0 * random.unit()) as usize];
         match renderer.render(&still(view, size, settings(method, 5))) {
             Ok(_) => {}

@@ -13,6 +13,7 @@ pub struct GeometryLeaves {
     triangle_count: usize,
     buffers: Vec<(&'static str, Stamp, Leaf)>,
     triangles: (Stamp, Leaf),
+    neighbours: (Stamp, Leaf),
 }
 
 /// What the deform pass gives: render space is the world moved so that the frame's origin lies at zero.
@@ -24,6 +25,8 @@ pub struct DeformedGeometry {
     pub normals: Output,
     /// Three `u32` a triangle.
     pub triangles: Output,
+    /// Three `u32` a triangle: [`Geometry::neighbours`].
+    pub neighbours: Output,
     /// Vertices.
     pub vertex_count: usize,
     /// Triangles.
@@ -50,6 +53,7 @@ impl GeometryLeaves {
                 leaf("morphs", Leaf::of(&geometry.morphs)),
             ],
             triangles: Leaf::of(&geometry.triangles),
+            neighbours: Leaf::of(&geometry.neighbours()),
         }
     }
 
@@ -83,10 +87,12 @@ impl GeometryLeaves {
             .dispatch(&shader, "main", Groups::linear(self.vertex_count, 64))
             .add_to(plan)?;
         let (stamp, leaf) = &self.triangles;
+        let (neighbours_stamp, neighbours) = &self.neighbours;
         Ok(DeformedGeometry {
             positions: outputs[0],
             normals: outputs[1],
             triangles: plan.leaf("triangles", *stamp, Work::Leaf(leaf.clone())),
+            neighbours: plan.leaf("neighbours", *neighbours_stamp, Work::Leaf(neighbours.clone())),
             vertex_count: self.vertex_count,
             triangle_count: self.triangle_count,
         })

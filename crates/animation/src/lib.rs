@@ -8,6 +8,7 @@
 //! Spaces: *vertex* (mesh space less the instance's pivot), *mesh*, *node* (a joint or the mesh's node), *world* (metres,
 //! right-handed, +Y up), *render* (world less an origin near what is shown). Everything up to the palette is f64.
 
+mod adjacency;
 mod bounds;
 mod deform;
 mod geometry;

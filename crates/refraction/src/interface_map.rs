@@ -30,6 +30,8 @@ pub struct InterfaceMap {
     pub depth_range: Option<Output>,
     /// Index of the triangle seen plus one, per layer and texel; 0 for none.
     pub seen: Output,
+    /// What is mapped.
+    pub geometry: DeformedGeometry,
 }
 
 #[derive(ShaderType)]
@@ -120,6 +122,7 @@ pub fn interface_map(
         front: outputs[1],
         back: outputs.get(2).copied(),
         depth_range: outputs.get(3).copied(),
+        geometry: *geometry,
     })
 }
 

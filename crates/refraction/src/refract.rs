@@ -77,13 +77,14 @@ impl Method {
             Self::Sir => "refraction::methods::sir",
             Self::Dir => "refraction::methods::dir",
             Self::Newton => "refraction::methods::newton",
+            Self::Walk => "refraction::methods::walk",
         }
     }
 
     /// The layers its maps need.
     pub fn layers(self) -> Layers {
         match self {
-            Self::Sir | Self::Newton => Layers::NearestBack,
+            Self::Sir | Self::Newton | Self::Walk => Layers::NearestBack,
             Self::Dir => Layers::FarthestBack,
         }
     }
@@ -117,6 +118,14 @@ pub fn with_maps(
     }
     if let Some(range) = map.depth_range {
         pass = pass.input("depth_range", range);
+    }
+    if refraction.method == Method::Walk {
+        pass = pass
+            .input("seen", map.seen)
+            .input("mesh_positions", map.geometry.positions)
+            .input("mesh_normals", map.geometry.normals)
+            .input("mesh_triangles", map.geometry.triangles)
+            .input("neighbours", map.geometry.neighbours);
     }
     pass
 }
@@ -224,7 +233,7 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        for method in [Method::Sir, Method::Dir, Method::Newton] {
+        for method in Method::ALL {
             let shader = Shader::link(&traced("refraction::refract", method)).unwrap();
             check_uniform_layout!(shader, "Search", Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6 })
                 .unwrap();

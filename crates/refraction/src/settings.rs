@@ -11,11 +11,13 @@ pub enum Method {
     Dir,
     /// Bracketed tangent-plane Newton on the nearest back surface.
     Newton,
+    /// `newton` seeds a triangle; a walk over the mesh's adjacency ends on the exact one.
+    Walk,
 }
 
 impl Method {
     /// Every method there is, in the order of the table.
-    pub const ALL: [Self; 3] = [Self::Sir, Self::Dir, Self::Newton];
+    pub const ALL: [Self; 4] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -23,6 +25,7 @@ impl Method {
             Self::Sir => "sir",
             Self::Dir => "dir",
             Self::Newton => "newton",
+            Self::Walk => "walk",
         }
     }
 }
@@ -94,7 +97,7 @@ named!(TirPolicy, "TIR policy");
 pub struct Refraction {
     /// Search for the second interface.
     pub method: Method,
-    /// Steps of the search: bisections for `dir`, Newton steps for `newton`.
+    /// Steps of the search: bisections for `dir`, Newton steps for `newton` and `walk`.
     pub steps: u32,
     /// Total internal reflection at the second interface.
     pub tir: TirPolicy,

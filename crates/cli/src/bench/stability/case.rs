@@ -103,7 +103,8 @@ impl MethodLimits {
         match method {
             Method::Sir => self.sir,
             Method::Dir => self.dir,
-            Method::Newton => self.newton,
+            // It begins where `newton` ends.
+            Method::Newton | Method::Walk => self.newton,
         }
     }
 }
