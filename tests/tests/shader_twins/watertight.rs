@@ -87,6 +87,8 @@ impl Surface {
             positions: leaf("positions", Leaf::of(&rows(1.0, scale).collect::<Vec<Vec4>>())),
             normals: leaf("normals", Leaf::of(&rows(0.0, 1.0).collect::<Vec<Vec4>>())),
             triangles: leaf("triangles", Leaf::of(&self.triangles)),
+            // Open everywhere: rasterising asks for none.
+            neighbours: leaf("neighbours", Leaf::of(&vec![[0u32; 3]; self.triangles.len()])),
             vertex_count: self.points.len(),
             triangle_count: self.triangles.len(),
         }
