@@ -279,7 +279,9 @@ impl Gpu {
     ) -> Result<(), GpuError> {
         for target in &recording.scratch {
             let buffer = self.allocate(target.name, target.bytes)?;
-            encoder.clear_buffer(&buffer, 0, None);
+            if target.cleared {
+                encoder.clear_buffer(&buffer, 0, None);
+            }
             named.insert(target.name, Resource::Buffer(buffer.clone()));
             temporary.push(Resource::Buffer(buffer));
         }

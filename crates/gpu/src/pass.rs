@@ -143,6 +143,13 @@ impl ComputePass {
         self
     }
 
+    /// A buffer that lives for this pass only and holds anything before its first dispatch.
+    #[must_use]
+    pub fn workspace(mut self, name: &'static str, bytes: u64) -> Self {
+        self.recording.scratch.push(Target { name, bytes: padded(bytes), cleared: false });
+        self
+    }
+
     /// A dispatch of an entry point; dispatches run in order and see each other's writes.
     #[must_use]
     pub fn dispatch(mut self, shader: &Arc<Shader>, entry: &'static str, groups: Groups) -> Self {

@@ -6,7 +6,7 @@ use murano_animation::DeformedGeometry;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_scheduler::{Output, Plan};
 
-use crate::{LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads};
+use crate::{LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads, tiles::tiles};
 
 /// Which back faces an interface map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +17,8 @@ pub enum Layers {
     NearestBack,
     /// Nearest front face, farthest back face, and the range of the back's depths.
     FarthestBack,
+    /// Nearest front face, nearest back face, and the list of all layers of every texel.
+    All,
 }
 
 /// The surfaces a viewpoint sees: `vec4f` a texel, view-space normal and linear depth, all zero where there is nothing.
@@ -28,10 +30,26 @@ pub struct InterfaceMap {
     pub back: Option<Output>,
     /// Smallest and largest depth of `back` as bits `[~smallest, largest]`; for [`Layers::FarthestBack`].
     pub depth_range: Option<Output>,
-    /// Index of the triangle seen plus one, per layer and texel; 0 for none.
-    pub seen: Output,
+    /// Every layer; for [`Layers::All`].
+    pub layer_lists: Option<LayerLists>,
     /// What is mapped.
     pub geometry: DeformedGeometry,
+}
+
+/// All triangles under each texel's centre, nearest first: at most 16 a texel, as many altogether as four times the texels.
+#[derive(Clone, Copy, Debug)]
+pub struct LayerLists {
+    /// Two `u32` a texel: where its layers lie, and how many there are; 65536 is added where farther ones were dropped.
+    pub lists: Output,
+    /// Three `u32` a layer: bits of its depth; twice the triangle's index, plus one for a back face; its flat outward normal
+    /// in view space on the octahedron, 16 bits a coordinate.
+    pub layers: Output,
+}
+
+#[derive(ShaderType)]
+struct ListParams {
+    triangle_count: u32,
+    capacity: u32,
 }
 
 #[derive(ShaderType)]
@@ -42,7 +60,7 @@ struct Raster {
 }
 
 /// Adds the dispatches that find each texel's triangle: they read `positions`, `triangles` and the uniform `viewpoint`
-/// and fill the buffer `seen`, all by these names; `seen` must be a cleared output of the pass.
+/// and fill the buffer `seen`, all by these names; `seen` must be cleared.
 ///
 /// # Errors
 /// [`GpuError`] if the shader is defective.
@@ -53,11 +71,26 @@ pub fn rasterise(
     size: [u32; 2],
     layers: Layers,
 ) -> Result<ComputePass, GpuError> {
+    rasterise_over(gpu, pass, geometry, size, layers, [over_triangles(geometry), SHARED])
+}
+
+/// Enough workgroups to fill a large GPU; they share out what there is.
+const SHARED: Groups = Groups::Direct([64, 16, 1]);
+
+fn over_triangles(geometry: &DeformedGeometry) -> Groups {
+    Groups::linear(geometry.triangle_count, 64)
+}
+
+fn rasterise_over(
+    gpu: &Gpu,
+    pass: ComputePass,
+    geometry: &DeformedGeometry,
+    size: [u32; 2],
+    layers: Layers,
+    [small, large]: [Groups; 2],
+) -> Result<ComputePass, GpuError> {
     let shader = gpu.shader(&ShaderSpec::new("refraction::visibility"))?;
     let count = if layers == Layers::Nearest { 1 } else { 2 };
-    let each = Groups::linear(geometry.triangle_count, 64);
-    // Enough workgroups to fill a large GPU; they share out what there is.
-    let shared = Groups::Direct([64, 16, 1]);
     Ok(pass
         .value(
             "raster",
@@ -71,13 +104,13 @@ pub fn rasterise(
         .input("triangles", geometry.triangles)
         .scratch("keys", 4 * u64::from(count) * texels(size))
         .scratch("large_count", 4)
-        .scratch("large", 4 * geometry.triangle_count as u64)
+        .workspace("large", 4 * geometry.triangle_count as u64)
         .scratch("kept", 4 * geometry.triangle_count as u64)
         .scratch("kept_arguments", 16)
-        .dispatch(&shader, "small_depth", each)
-        .dispatch(&shader, "large_depth", shared)
+        .dispatch(&shader, "small_depth", small)
+        .dispatch(&shader, "large_depth", large)
         .dispatch(&shader, "small_triangle", Groups::Indirect("kept_arguments", 0))
-        .dispatch(&shader, "large_triangle", shared))
+        .dispatch(&shader, "large_triangle", large))
 }
 
 /// Adds the pass `name:instance` that maps a geometry from a viewpoint.
@@ -94,36 +127,83 @@ pub fn interface_map(
     layers: Layers,
 ) -> Result<InterfaceMap, GpuError> {
     let resolve = gpu.shader(&ShaderSpec::new("refraction::interface_map"))?;
-    let count = texels(viewpoint.size);
-    let two = layers != Layers::Nearest;
-    let pass = ComputePass::new(name, instance)
+    let size = viewpoint.size;
+    let count = texels(size);
+    let mut pass = ComputePass::new(name, instance)
         .value("viewpoint", &viewpoint.uniform(origin))
         .input("normals", geometry.normals)
-        .cleared_output("seen", if two { 8 } else { 4 } * count)
+        .scratch("seen", if layers == Layers::Nearest { 4 } else { 8 } * count)
         .cleared_output("front", 16 * count);
-    let mut pass = rasterise(gpu, pass, geometry, viewpoint.size, layers)?;
-    pass = over_listed_tiles(pass, viewpoint.size);
-    let list = tile_threads(viewpoint.size);
-    if two {
-        pass = pass.cleared_output("back", 16 * count).dispatch(&resolve, "list_two", list).dispatch(
-            &resolve,
-            "two_layers",
-            LISTED_TILES,
-        );
-    } else {
-        pass = pass.dispatch(&resolve, "list_one", list).dispatch(&resolve, "one_layer", LISTED_TILES);
+    if layers != Layers::Nearest {
+        pass = pass.cleared_output("back", 16 * count);
     }
-    if layers == Layers::FarthestBack {
-        pass = pass.cleared_output("depth_range", 8).dispatch(&resolve, "reduce", Groups::tiles(viewpoint.size));
-    }
-    let outputs = pass.add_to(plan)?;
+    pass = over_listed_tiles(pass, size);
+    let list = tile_threads(size);
+    let outputs =
+        match layers {
+            Layers::All => list_layers(gpu, pass, geometry, size)?,
+            Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
+                .dispatch(&resolve, "list_one", list)
+                .dispatch(&resolve, "one_layer", LISTED_TILES),
+            Layers::NearestBack => rasterise(gpu, pass, geometry, size, layers)?
+                .dispatch(&resolve, "list_two", list)
+                .dispatch(&resolve, "two_layers", LISTED_TILES),
+            Layers::FarthestBack => rasterise(gpu, pass, geometry, size, layers)?
+                .cleared_output("depth_range", 8)
+                .dispatch(&resolve, "list_two", list)
+                .dispatch(&resolve, "two_layers", LISTED_TILES)
+                .dispatch(&resolve, "reduce", Groups::tiles(size)),
+        }
+        .add_to(plan)?;
+    let (back, more) = (outputs.get(1).copied(), outputs.get(2).copied());
     Ok(InterfaceMap {
-        seen: outputs[0],
-        front: outputs[1],
-        back: outputs.get(2).copied(),
-        depth_range: outputs.get(3).copied(),
+        front: outputs[0],
+        back,
+        depth_range: more.filter(|_| layers == Layers::FarthestBack),
+        layer_lists: outputs.get(3).zip(more).map(|(&layers, lists)| LayerLists { lists, layers }),
         geometry: *geometry,
     })
+}
+
+/// Layers that there is room for, by texel on average.
+const ROOM: u64 = 4;
+/// The largest buffer that every adapter binds, bytes.
+const LARGEST_BUFFER: u64 = 1 << 27;
+
+fn list_layers(
+    gpu: &Gpu,
+    pass: ComputePass,
+    geometry: &DeformedGeometry,
+    size: [u32; 2],
+) -> Result<ComputePass, GpuError> {
+    let shader = gpu.shader(&ShaderSpec::new("refraction::layer_lists"))?;
+    let count = texels(size);
+    let fragments = (ROOM * count).min(LARGEST_BUFFER / 16);
+    let pass = pass
+        .value(
+            "list_params",
+            &ListParams { triangle_count: geometry.triangle_count as u32, capacity: fragments as u32 },
+        )
+        .cleared_output("lists", 8 * count)
+        // Two a texel where there are too many.
+        .cleared_output("layers", 12 * fragments.max(2 * count))
+        .scratch("counts", 4 * count)
+        .scratch("appended", 4)
+        .scratch("large_triangle_count", 4)
+        .workspace("large_triangles", 4 * geometry.triangle_count as u64)
+        .workspace("fragments", 16 * fragments)
+        .scratch("list_arguments", 48)
+        .scratch("list_total", 8)
+        .workspace("tile_sums", 4 * tiles(size))
+        .dispatch(&shader, "small_fragments", over_triangles(geometry))
+        .dispatch(&shader, "large_fragments", SHARED)
+        .dispatch(&shader, "sum_tiles", tile_threads(size))
+        .dispatch(&shader, "scan", Groups::Direct([1, 1, 1]));
+    let [small, large] = [16, 32].map(|offset| Groups::Indirect("list_arguments", offset));
+    Ok(rasterise_over(gpu, pass, geometry, size, Layers::NearestBack, [small, large])?
+        .dispatch(&shader, "place", LISTED_TILES)
+        .dispatch(&shader, "gather", Groups::Indirect("list_arguments", 0))
+        .dispatch(&shader, "finish", LISTED_TILES))
 }
 
 #[cfg(test)]

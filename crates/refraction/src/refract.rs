@@ -78,14 +78,16 @@ impl Method {
             Self::Dir => "refraction::methods::dir",
             Self::Newton => "refraction::methods::newton",
             Self::Walk => "refraction::methods::walk",
+            Self::Layers => "refraction::methods::layers",
         }
     }
 
     /// The layers its maps need.
     pub fn layers(self) -> Layers {
         match self {
-            Self::Sir | Self::Newton | Self::Walk => Layers::NearestBack,
+            Self::Sir | Self::Newton => Layers::NearestBack,
             Self::Dir => Layers::FarthestBack,
+            Self::Walk | Self::Layers => Layers::All,
         }
     }
 }
@@ -119,9 +121,10 @@ pub fn with_maps(
     if let Some(range) = map.depth_range {
         pass = pass.input("depth_range", range);
     }
-    if refraction.method == Method::Walk {
+    if let Some(lists) = map.layer_lists {
         pass = pass
-            .input("seen", map.seen)
+            .input("lists", lists.lists)
+            .input("layers", lists.layers)
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles)

@@ -13,11 +13,13 @@ pub enum Method {
     Newton,
     /// `newton` seeds a triangle; a walk over the mesh's adjacency ends on the exact one.
     Walk,
+    /// All layers under every texel, followed from texel to texel; walks over the mesh from the planes met.
+    Layers,
 }
 
 impl Method {
     /// Every method there is, in the order of the table.
-    pub const ALL: [Self; 4] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk];
+    pub const ALL: [Self; 5] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk, Self::Layers];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -26,6 +28,7 @@ impl Method {
             Self::Dir => "dir",
             Self::Newton => "newton",
             Self::Walk => "walk",
+            Self::Layers => "layers",
         }
     }
 }

@@ -7,7 +7,8 @@ pub fn texels(size: [u32; 2]) -> u64 {
     u64::from(size[0]) * u64::from(size[1])
 }
 
-fn tiles(size: [u32; 2]) -> u64 {
+/// Tiles of a picture.
+pub(crate) fn tiles(size: [u32; 2]) -> u64 {
     u64::from(size[0].div_ceil(8)) * u64::from(size[1].div_ceil(8))
 }
 

@@ -104,7 +104,7 @@ impl MethodLimits {
             Method::Sir => self.sir,
             Method::Dir => self.dir,
             // It begins where `newton` ends.
-            Method::Newton | Method::Walk => self.newton,
+            Method::Newton | Method::Walk | Method::Layers => self.newton,
         }
     }
 }
