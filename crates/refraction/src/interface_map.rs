@@ -44,6 +44,9 @@ pub struct LayerLists {
     /// Three `u32` a layer: bits of its depth; twice the triangle's index, plus one for a back face; its flat outward normal
     /// in view space on the octahedron, 16 bits a coordinate.
     pub layers: Output,
+    /// `vec4f` a cell: depths between which every texel of the cell and around it is inside, two intervals. Cells of 2x2
+    /// texels, then of 4x4, up to 64x64, each level padded to whole cells of the last.
+    pub cores: Output,
 }
 
 #[derive(ShaderType)]
@@ -160,7 +163,10 @@ pub fn interface_map(
         front: outputs[0],
         back,
         depth_range: more.filter(|_| layers == Layers::FarthestBack),
-        layer_lists: outputs.get(3).zip(more).map(|(&layers, lists)| LayerLists { lists, layers }),
+        layer_lists: match outputs[1..] {
+            [_, lists, layers, cores] => Some(LayerLists { lists, layers, cores }),
+            _ => None,
+        },
         geometry: *geometry,
     })
 }
@@ -177,6 +183,7 @@ fn list_layers(
     size: [u32; 2],
 ) -> Result<ComputePass, GpuError> {
     let shader = gpu.shader(&ShaderSpec::new("refraction::layer_lists"))?;
+    let cores = gpu.shader(&ShaderSpec::new("refraction::cores"))?;
     let count = texels(size);
     let fragments = (ROOM * count).min(LARGEST_BUFFER / 16);
     let pass = pass
@@ -187,6 +194,7 @@ fn list_layers(
         .cleared_output("lists", 8 * count)
         // Two a texel where there are too many.
         .cleared_output("layers", 12 * fragments.max(2 * count))
+        .cleared_output("cores", 16 * cells_of_cores(size))
         .scratch("counts", 4 * count)
         .scratch("appended", 4)
         .scratch("large_triangle_count", 4)
@@ -203,7 +211,17 @@ fn list_layers(
     Ok(rasterise_over(gpu, pass, geometry, size, Layers::NearestBack, [small, large])?
         .dispatch(&shader, "place", LISTED_TILES)
         .dispatch(&shader, "gather", Groups::Indirect("list_arguments", 0))
-        .dispatch(&shader, "finish", LISTED_TILES))
+        .dispatch(&shader, "finish", LISTED_TILES)
+        .dispatch(&cores, "tile_cores", LISTED_TILES)
+        .dispatch(&cores, "raise_to_4", Groups::tiles(size.map(|side| side.div_ceil(16))))
+        .dispatch(&cores, "raise_to_5", Groups::tiles(size.map(|side| side.div_ceil(32))))
+        .dispatch(&cores, "raise_to_6", Groups::tiles(size.map(|side| side.div_ceil(64)))))
+}
+
+/// Cells of levels 1 to 6 (`refraction::core_layout`).
+fn cells_of_cores(size: [u32; 2]) -> u64 {
+    let padded = texels(size.map(|side| side.next_multiple_of(64)));
+    (padded - (padded >> 12)) / 3
 }
 
 #[cfg(test)]

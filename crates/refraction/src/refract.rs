@@ -125,6 +125,7 @@ pub fn with_maps(
         pass = pass
             .input("lists", lists.lists)
             .input("layers", lists.layers)
+            .input("cores", lists.cores)
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles)
