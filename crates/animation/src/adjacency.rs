@@ -22,9 +22,9 @@ struct Edge {
 impl Geometry {
     /// For each triangle, the triangles across the edges opposite its first, second and third corner, as index plus one.
     ///
-    /// Corners are welded by their rest position within a node, whatever their normals and texture coordinates. 0: the
-    /// edge is open, or it is none of a surface with two sides (more than two triangles share it, or two run through it
-    /// the same way).
+    /// Corners are welded by their rest position within a node, whatever their normals and texture coordinates. Where more
+    /// than two triangles share an edge, those that run through it one way are matched with those that run the other way,
+    /// in their order; surplus ones with the last. 0: the edge is open, as no other triangle runs through it the other way.
     pub fn neighbours(&self) -> Vec<[u32; 3]> {
         let welded = self.welded_vertices();
         let mut edges = Vec::with_capacity(3 * self.triangles.len());
@@ -33,16 +33,24 @@ impl Geometry {
             for opposite in 0..3 {
                 let [from, to] = [corners[(opposite + 1) % 3], corners[(opposite + 2) % 3]];
                 let ends = [from.min(to), from.max(to)];
+                // Of a triangle with a corner twice, whose other two edges are one.
+                if from == to || corners[opposite] == from || corners[opposite] == to {
+                    continue;
+                }
                 edges.push(Edge { ends, backwards: from > to, triangle, opposite: opposite as u32 });
             }
         }
-        edges.sort_unstable_by_key(|edge| (edge.ends, edge.triangle, edge.opposite));
+        edges.sort_unstable_by_key(|edge| (edge.ends, edge.backwards, edge.triangle, edge.opposite));
         let mut neighbours = vec![[0; 3]; self.triangles.len()];
         for shared in edges.chunk_by(|a, b| a.ends == b.ends) {
-            let [a, b] = shared else { continue };
-            if a.backwards != b.backwards && a.triangle != b.triangle {
-                neighbours[a.triangle as usize][a.opposite as usize] = b.triangle + 1;
-                neighbours[b.triangle as usize][b.opposite as usize] = a.triangle + 1;
+            let forwards = shared.partition_point(|edge| !edge.backwards);
+            let (forwards, backwards) = shared.split_at(forwards);
+            for (one_way, other_way) in [(forwards, backwards), (backwards, forwards)] {
+                let Some(last) = other_way.len().checked_sub(1) else { continue };
+                for (index, edge) in one_way.iter().enumerate() {
+                    neighbours[edge.triangle as usize][edge.opposite as usize] =
+                        other_way[index.min(last)].triangle + 1;
+                }
             }
         }
         neighbours
@@ -101,10 +109,23 @@ mod tests {
     }
 
     #[test]
-    fn edges_without_two_sides_are_open() {
+    fn surplus_triangles_at_an_edge_lead_back_to_the_surface() {
         let fin = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.5, 1.0]];
-        assert_eq!(neighbours(&fin, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]), [[0; 3]; 3], "three triangles at one edge");
-        assert_eq!(neighbours(&SQUARE, &[[0, 1, 2], [2, 0, 3]])[0], [0; 3], "both run through it the same way");
+        let meeting = neighbours(&fin, &[[0, 1, 2], [0, 2, 3], [0, 2, 4]]);
+        assert_eq!(meeting, [[0, 2, 0], [0, 0, 1], [0, 0, 1]], "three triangles at one edge");
+        assert_eq!(neighbours(&SQUARE, &[[0, 1, 2], [2, 0, 3]]), [[0; 3]; 2], "both run through it the same way");
+    }
+
+    #[test]
+    fn a_surface_laid_down_twice_is_two_surfaces() {
+        let twice = [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 2, 3]];
+        assert_eq!(neighbours(&SQUARE, &twice), [[0, 2, 0], [0, 0, 1], [0, 4, 0], [0, 0, 3]]);
+    }
+
+    #[test]
+    fn a_triangle_with_a_corner_twice_stands_between_no_others() {
+        let triangles = [[0, 1, 2], [0, 2, 3], [0, 2, 2]];
+        assert_eq!(neighbours(&SQUARE, &triangles), [[0, 2, 0], [0, 0, 1], [0; 3]]);
     }
 
     #[test]
