@@ -93,7 +93,7 @@ pub fn emit(
     caustics: &Caustics,
     refraction: &Refraction,
 ) -> Result<Output, GpuError> {
-    let shader = gpu.shader(&traced("caustics::emit", refraction.method))?;
+    let shader = gpu.shader(&traced("caustics::emit", refraction))?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
         ior: cast.glass.ior as f32,
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let emit = Shader::link(&traced("caustics::emit", murano_refraction::Method::Newton)).unwrap();
+        let emit = Shader::link(&traced("caustics::emit", &Refraction::default())).unwrap();
         check_uniform_layout!(
             emit,
             "Params",

@@ -6,11 +6,11 @@ use anyhow::{Context, Result};
 use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
-use murano_refraction::{Method, Refraction, TirPolicy};
+use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
 
-use crate::values::{self, CameraWord, CausticsChoice, Interfaces, LightWord};
+use crate::values::{self, CameraWord, CausticsChoice, LightWord};
 
 /// Which adapter renders, and how it is watched.
 #[derive(Args)]
@@ -95,9 +95,13 @@ pub struct ShotOptions {
     /// Total internal reflection at the second interface
     #[arg(long, value_parser = values::one_of::<TirPolicy, _>(TirPolicy::ALL.map(TirPolicy::name)), help_heading = "Glass")]
     tir: Option<TirPolicy>,
-    /// How many interfaces a refracted ray meets
-    #[arg(long, value_enum, default_value_t = Interfaces::Two, help_heading = "Glass")]
-    interfaces: Interfaces,
+    /// How many interfaces a refracted ray meets: two, or all ahead of it up to 8. All follow total reflection whatever
+    /// --tir says; light that enters the body again is followed by layers alone
+    #[arg(
+        long, value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
+        help_heading = "Glass"
+    )]
+    interfaces: Option<Interfaces>,
     /// The first interface does not reflect
     #[arg(long, help_heading = "Glass")]
     no_reflection: bool,
@@ -205,11 +209,11 @@ impl ShotOptions {
     /// How the shot is rendered.
     pub fn settings(&self) -> Settings {
         let default = Settings::default();
-        let Interfaces::Two = self.interfaces;
         let refraction = Refraction {
             method: self.method.unwrap_or(default.refraction.method),
             steps: self.steps.unwrap_or(default.refraction.steps),
             tir: self.tir.unwrap_or(default.refraction.tir),
+            interfaces: self.interfaces.unwrap_or(default.refraction.interfaces),
             reflection: !self.no_reflection,
         };
         let off = self.caustics == Some(CausticsChoice(None));

@@ -61,13 +61,6 @@ impl FromStr for MethodChoice {
     }
 }
 
-/// `--interfaces`: how many interfaces a refracted ray meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Interfaces {
-    /// It enters and leaves.
-    Two,
-}
-
 /// A finite number.
 pub fn number(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;

@@ -18,7 +18,18 @@ pub enum Layers {
     /// Nearest front face, farthest back face, and the range of the back's depths.
     FarthestBack,
     /// Nearest front face, nearest back face, and the list of all layers of every texel.
-    All,
+    All(Hierarchy),
+}
+
+/// What lists of layers have above them, to skip what lies clear of all layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hierarchy {
+    /// Nothing.
+    None,
+    /// For rays inside the body.
+    Cores,
+    /// For those outside too.
+    CoresAndHulls,
 }
 
 /// The surfaces a viewpoint sees: `vec4f` a texel, view-space normal and linear depth, all zero where there is nothing.
@@ -46,7 +57,9 @@ pub struct LayerLists {
     pub layers: Output,
     /// `vec4f` a cell: depths between which every texel of the cell and around it is inside, two intervals. Cells of 2x2
     /// texels, then of 4x4, up to 64x64, each level padded to whole cells of the last.
-    pub cores: Output,
+    pub cores: Option<Output>,
+    /// `vec4f` a cell of these: depths between which all layers lie, and between which there is none.
+    pub hulls: Option<Output>,
 }
 
 #[derive(ShaderType)]
@@ -144,7 +157,7 @@ pub fn interface_map(
     let list = tile_threads(size);
     let outputs =
         match layers {
-            Layers::All => list_layers(gpu, pass, geometry, size)?,
+            Layers::All(hierarchy) => list_layers(gpu, pass, geometry, size, hierarchy)?,
             Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
                 .dispatch(&resolve, "list_one", list)
                 .dispatch(&resolve, "one_layer", LISTED_TILES),
@@ -164,7 +177,9 @@ pub fn interface_map(
         back,
         depth_range: more.filter(|_| layers == Layers::FarthestBack),
         layer_lists: match outputs[1..] {
-            [_, lists, layers, cores] => Some(LayerLists { lists, layers, cores }),
+            [_, lists, layers, ref above @ ..] => {
+                Some(LayerLists { lists, layers, cores: above.first().copied(), hulls: above.get(1).copied() })
+            }
             _ => None,
         },
         geometry: *geometry,
@@ -181,9 +196,9 @@ fn list_layers(
     pass: ComputePass,
     geometry: &DeformedGeometry,
     size: [u32; 2],
+    hierarchy: Hierarchy,
 ) -> Result<ComputePass, GpuError> {
     let shader = gpu.shader(&ShaderSpec::new("refraction::layer_lists"))?;
-    let cores = gpu.shader(&ShaderSpec::new("refraction::cores"))?;
     let count = texels(size);
     let fragments = (ROOM * count).min(LARGEST_BUFFER / 16);
     let pass = pass
@@ -194,7 +209,6 @@ fn list_layers(
         .cleared_output("lists", 8 * count)
         // Two a texel where there are too many.
         .cleared_output("layers", 12 * fragments.max(2 * count))
-        .cleared_output("cores", 16 * cells_of_cores(size))
         .scratch("counts", 4 * count)
         .scratch("appended", 4)
         .scratch("large_triangle_count", 4)
@@ -208,14 +222,25 @@ fn list_layers(
         .dispatch(&shader, "sum_tiles", tile_threads(size))
         .dispatch(&shader, "scan", Groups::Direct([1, 1, 1]));
     let [small, large] = [16, 32].map(|offset| Groups::Indirect("list_arguments", offset));
-    Ok(rasterise_over(gpu, pass, geometry, size, Layers::NearestBack, [small, large])?
+    let mut pass = rasterise_over(gpu, pass, geometry, size, Layers::NearestBack, [small, large])?
         .dispatch(&shader, "place", LISTED_TILES)
         .dispatch(&shader, "gather", Groups::Indirect("list_arguments", 0))
-        .dispatch(&shader, "finish", LISTED_TILES)
-        .dispatch(&cores, "tile_cores", LISTED_TILES)
-        .dispatch(&cores, "raise_to_4", Groups::tiles(size.map(|side| side.div_ceil(16))))
-        .dispatch(&cores, "raise_to_5", Groups::tiles(size.map(|side| side.div_ceil(32))))
-        .dispatch(&cores, "raise_to_6", Groups::tiles(size.map(|side| side.div_ceil(64)))))
+        .dispatch(&shader, "finish", LISTED_TILES);
+    if hierarchy == Hierarchy::None {
+        return Ok(pass);
+    }
+    let hulls = hierarchy == Hierarchy::CoresAndHulls;
+    let shader = gpu.shader(&ShaderSpec::new("refraction::cores").feature("hulls", hulls))?;
+    pass = pass.cleared_output("cores", 16 * cells_of_cores(size));
+    if hulls {
+        pass = pass.cleared_output("hulls", 16 * cells_of_cores(size));
+    }
+    let above = |level: u32| Groups::tiles(size.map(|side| side.div_ceil(1 << level)));
+    Ok(pass
+        .dispatch(&shader, "tile_cores", LISTED_TILES)
+        .dispatch(&shader, "raise_to_4", above(4))
+        .dispatch(&shader, "raise_to_5", above(5))
+        .dispatch(&shader, "raise_to_6", above(6)))
 }
 
 /// Cells of levels 1 to 6 (`refraction::core_layout`).

@@ -9,8 +9,8 @@ mod settings;
 mod tiles;
 mod viewpoint;
 
-pub use interface_map::{InterfaceMap, Layers, interface_map, rasterise};
+pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, interface_map, rasterise};
 pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, refract, traced, with_maps};
-pub use settings::{Method, Refraction, TirPolicy, UnknownName};
+pub use settings::{Interfaces, Method, Refraction, TirPolicy, UnknownName};
 pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
 pub use viewpoint::{Viewpoint, ViewpointUniform};

@@ -9,8 +9,7 @@ use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    InterfaceMap, LISTED_TILES, Layers, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels,
-    tile_threads,
+    InterfaceMap, LISTED_TILES, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels, tile_threads,
 };
 
 /// The optical constants of a body.
@@ -52,6 +51,7 @@ struct Search {
     bounds: Vec4,
     steps: u32,
     tir: u32,
+    most_interfaces: u32,
 }
 
 #[derive(ShaderType)]
@@ -81,20 +81,14 @@ impl Method {
             Self::Layers => "refraction::methods::layers",
         }
     }
-
-    /// The layers its maps need.
-    pub fn layers(self) -> Layers {
-        match self {
-            Self::Sir | Self::Newton => Layers::NearestBack,
-            Self::Dir => Layers::FarthestBack,
-            Self::Walk | Self::Layers => Layers::All,
-        }
-    }
 }
 
-/// The shader of a root module that imports `package::refraction::path`, with this method in place.
-pub fn traced(root: &'static str, method: Method) -> ShaderSpec {
-    ShaderSpec::new(root).alias("refraction::method", method.module())
+/// The shader of a root module that imports `package::refraction::path`, with these settings' method in place.
+pub fn traced(root: &'static str, refraction: &Refraction) -> ShaderSpec {
+    ShaderSpec::new(root)
+        .alias("refraction::method", refraction.method.module())
+        .feature("follow", refraction.follows())
+        .feature("all_interfaces", refraction.reenters())
 }
 
 /// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads.
@@ -110,10 +104,16 @@ pub fn with_maps(
         TirPolicy::Pass => 0,
         TirPolicy::Clamp => 1,
         TirPolicy::Reflect => 2,
+        TirPolicy::Trace => 3,
     };
+    // Of a traced path: the first, up to six that reflect, and the one that it leaves through.
+    let most_interfaces = 8;
     let mut pass = pass
         .value("map_viewpoint", &viewpoint.uniform(origin))
-        .value("search", &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir })
+        .value(
+            "search",
+            &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces },
+        )
         .input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
@@ -125,11 +125,15 @@ pub fn with_maps(
         pass = pass
             .input("lists", lists.lists)
             .input("layers", lists.layers)
-            .input("cores", lists.cores)
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles)
             .input("neighbours", map.geometry.neighbours);
+        for (name, hierarchy) in [("cores", lists.cores), ("hulls", lists.hulls)] {
+            if let Some(hierarchy) = hierarchy {
+                pass = pass.input(name, hierarchy);
+            }
+        }
     }
     pass
 }
@@ -188,7 +192,7 @@ pub fn refract(
     environment: Output,
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
-    let spec = traced("refraction::refract", request.refraction.method)
+    let spec = traced("refraction::refract", request.refraction)
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -234,13 +238,27 @@ mod tests {
     use murano_gpu::{Shader, check_uniform_layout};
 
     use super::*;
+    use crate::Interfaces;
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        for method in Method::ALL {
-            let shader = Shader::link(&traced("refraction::refract", method)).unwrap();
-            check_uniform_layout!(shader, "Search", Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6 })
-                .unwrap();
+        let combinations = Method::ALL.into_iter().flat_map(|method| {
+            let with = move |tir, interfaces| Refraction { method, tir, interfaces, ..Refraction::default() };
+            [
+                (TirPolicy::Pass, Interfaces::Two),
+                (TirPolicy::Trace, Interfaces::Two),
+                (TirPolicy::Trace, Interfaces::All),
+            ]
+            .map(|(tir, interfaces)| with(tir, interfaces))
+        });
+        for refraction in combinations {
+            let shader = Shader::link(&traced("refraction::refract", &refraction)).unwrap();
+            check_uniform_layout!(
+                shader,
+                "Search",
+                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6, most_interfaces: 7 }
+            )
+            .unwrap();
             check_uniform_layout!(
                 shader,
                 "Params",

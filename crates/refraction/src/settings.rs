@@ -2,6 +2,8 @@
 
 use std::{fmt, str::FromStr};
 
+use crate::{Hierarchy, Layers};
+
 /// How the second interface is found. The table every user-facing list is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Method {
@@ -33,6 +35,13 @@ impl Method {
     }
 }
 
+impl Method {
+    /// Whether light that enters the body again can be followed.
+    pub fn follows_all(self) -> bool {
+        self == Self::Layers
+    }
+}
+
 /// What happens to a ray totally reflected at the second interface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TirPolicy {
@@ -42,11 +51,13 @@ pub enum TirPolicy {
     Clamp,
     /// It is reflected once, then leaves.
     Reflect,
+    /// It is followed until it leaves, over at most 6 reflections.
+    Trace,
 }
 
 impl TirPolicy {
     /// Every policy.
-    pub const ALL: [Self; 3] = [Self::Pass, Self::Clamp, Self::Reflect];
+    pub const ALL: [Self; 4] = [Self::Pass, Self::Clamp, Self::Reflect, Self::Trace];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -54,6 +65,30 @@ impl TirPolicy {
             Self::Pass => "pass",
             Self::Clamp => "clamp",
             Self::Reflect => "reflect",
+            Self::Trace => "trace",
+        }
+    }
+}
+
+/// How many interfaces a refracted ray meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Interfaces {
+    /// The first two; where it is totally reflected at the second, [`TirPolicy`] says what becomes of it.
+    Two,
+    /// All ahead of it, 8 at most: total reflection is followed, and so is light that enters the body again. Only
+    /// [`Method::follows_all`] methods can; the others follow total reflection alone.
+    All,
+}
+
+impl Interfaces {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Two, Self::All];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Two => "two",
+            Self::All => "all",
         }
     }
 }
@@ -94,6 +129,7 @@ macro_rules! named {
 
 named!(Method, "refraction method");
 named!(TirPolicy, "TIR policy");
+named!(Interfaces, "number of interfaces");
 
 /// Everything about refraction that a frame may choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -102,14 +138,45 @@ pub struct Refraction {
     pub method: Method,
     /// Steps of the search: bisections for `dir`, Newton steps for `newton` and `walk`.
     pub steps: u32,
-    /// Total internal reflection at the second interface.
+    /// Total internal reflection at the second interface, where only two are met.
     pub tir: TirPolicy,
+    /// How far rays are followed.
+    pub interfaces: Interfaces,
     /// Whether the first interface also reflects, Fresnel-weighted.
     pub reflection: bool,
 }
 
+impl Refraction {
+    /// Whether paths are followed on from the second interface.
+    pub(crate) fn follows(&self) -> bool {
+        self.method != Method::Sir && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
+    }
+
+    /// Whether light is followed that enters the body again.
+    pub(crate) fn reenters(&self) -> bool {
+        self.interfaces == Interfaces::All && self.method.follows_all()
+    }
+
+    /// The layers that the maps of bodies need.
+    pub fn layers(&self) -> Layers {
+        match self.method {
+            Method::Sir | Method::Newton => Layers::NearestBack,
+            Method::Dir => Layers::FarthestBack,
+            Method::Walk => Layers::All(Hierarchy::None),
+            Method::Layers if self.reenters() => Layers::All(Hierarchy::CoresAndHulls),
+            Method::Layers => Layers::All(Hierarchy::Cores),
+        }
+    }
+}
+
 impl Default for Refraction {
     fn default() -> Self {
-        Self { method: Method::Newton, steps: 5, tir: TirPolicy::Reflect, reflection: true }
+        Self {
+            method: Method::Newton,
+            steps: 5,
+            tir: TirPolicy::Reflect,
+            interfaces: Interfaces::Two,
+            reflection: true,
+        }
     }
 }

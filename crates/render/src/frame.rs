@@ -227,9 +227,9 @@ impl FramePlan<'_> {
             &body.deformed,
             &self.eye,
             self.origin,
-            refraction.method.layers(),
+            refraction.layers(),
         )?;
-        let farthest = refraction.method.layers() == Layers::FarthestBack;
+        let farthest = refraction.layers() == Layers::FarthestBack;
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
             interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, Layers::NearestBack)?.back

@@ -104,7 +104,7 @@ impl FramePlan<'_> {
         let gpu = self.stock.gpu;
         let refraction = &self.request.refraction;
         // A shadow needs no second interface.
-        let layers = caustics.map_or(Layers::Nearest, |_| refraction.method.layers());
+        let layers = caustics.map_or(Layers::Nearest, |_| refraction.layers());
         let map = interface_map(gpu, plan, ("light_map", pair), &body.deformed, &viewpoint, self.origin, layers)?;
         let cast = Cast {
             instance: pair,

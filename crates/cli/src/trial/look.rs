@@ -6,6 +6,7 @@ use glam::DVec3;
 use murano_metrics::images::Picture;
 use murano_optics::{beer_lambert, fresnel_unpolarised};
 use murano_reference::{Camera, Status, TwoInterfaces, World};
+use murano_refraction::Interfaces;
 use murano_scene::Environment;
 use rayon::prelude::*;
 
@@ -27,6 +28,7 @@ pub(super) struct Look {
     glass: Vec<Option<PixelGlass>>,
     size: [u32; 2],
     exposure: f32,
+    two_interfaces: bool,
 }
 
 impl Look {
@@ -42,6 +44,7 @@ impl Look {
             glass: glass.collect(),
             size: camera.size,
             exposure: subject.request.exposure,
+            two_interfaces: subject.request.refraction.interfaces == Interfaces::Two,
         }
     }
 
@@ -62,7 +65,8 @@ impl Look {
         let glass = self.glass[pixel].filter(|_| sample.status != Status::NoGlass as u8);
         let Some(glass) = glass else { return environment.sample(incident).into() };
         let into = 1.0 - fresnel_unpolarised(-incident.dot(sample.n1), glass.ior.recip());
-        let out = if sample.status == Status::Left as u8 && sample.length > 0.0 {
+        // Of more than two interfaces, what the others let through is not known to a frame's output variables.
+        let out = if self.two_interfaces && sample.status == Status::Left as u8 && sample.length > 0.0 {
             1.0 - fresnel_unpolarised(sample.t1.dot(sample.n2), glass.ior)
         } else {
             1.0

@@ -8,10 +8,10 @@ use murano_metrics::{
 };
 use murano_optics::{critical_clamp, reflected};
 use murano_reference::{
-    Ball, Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces, World,
-    path_picture, trace_photons, two_interfaces,
+    Ball, Chain, Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces,
+    World, all_interfaces, path_picture, trace_photons, two_interfaces,
 };
-use murano_refraction::{Refraction, TirPolicy};
+use murano_refraction::{Interfaces, Refraction, TirPolicy};
 use murano_render::Aov;
 
 use super::{
@@ -75,12 +75,14 @@ pub struct Truth {
     noise: Option<f64>,
     origin: DVec3,
     tir: TirPolicy,
+    interfaces: Interfaces,
     /// Of the ball around all glass, metres.
     diameter: f64,
 }
 
 impl Truth {
-    /// Traces the subject's picture: two interfaces through every pixel's centre, in f64.
+    /// Traces the subject's picture through every pixel's centre, in f64: two interfaces, or all of them up to 8, as the
+    /// subject's settings ask for.
     ///
     /// # Errors
     /// If the scene cannot be traced.
@@ -91,13 +93,19 @@ impl Truth {
             world.bodies.iter().any(|body| (body.ior - 1.0).abs() > 1e-9),
             "glass of index 1 refracts nothing, so there is nothing to compare; give another --ior"
         );
-        let tir = subject.request.refraction.tir;
+        let Refraction { tir, interfaces, .. } = subject.request.refraction;
         let paths = two_interfaces(&world, &camera);
         ensure!(
             paths.iter().any(|path| path.status != Status::NoGlass),
             "the camera sees no glass from outside, so there is nothing to compare; change --camera"
         );
-        let samples: Vec<PathSample> = paths.iter().map(|path| traced_sample(&world, path, tir)).collect();
+        let followed = tir == TirPolicy::Trace || interfaces == Interfaces::All;
+        let chains = if followed { all_interfaces(&world, &camera, MOST_INTERFACES) } else { Vec::new() };
+        let sample = |(pixel, path): (usize, &TwoInterfaces)| match chains.get(pixel) {
+            Some(chain) if interfaces == Interfaces::All => chain_sample(path, chain),
+            chain => traced_sample(&world, path, tir, chain),
+        };
+        let samples: Vec<PathSample> = paths.iter().enumerate().map(sample).collect();
         let origin = camera.world_from_view.w_axis.truncate();
         let look = Look::of(subject, &world, &camera, &paths);
         let picture = look.picture(&samples)?;
@@ -110,6 +118,7 @@ impl Truth {
             noise: None,
             origin,
             tir,
+            interfaces,
             diameter: diameter(&world)?,
         })
     }
@@ -193,7 +202,23 @@ fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
     Ok(PhotonMap::new(landings, PHOTON_RADIUS * diameter(world)?))
 }
 
-fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSample {
+/// Interfaces that a path is followed over where it is followed on.
+const MOST_INTERFACES: u32 = 8;
+
+fn chain_sample(path: &TwoInterfaces, chain: &Chain) -> PathSample {
+    PathSample {
+        status: chain.status as u8,
+        n1: path.n1,
+        t1: path.t1,
+        p2: chain.origin,
+        n2: path.n2,
+        exit: if chain.status == Status::Left { chain.exit } else { path.t1 },
+        length: chain.path_length,
+    }
+}
+
+/// `chain` is the same ray's, followed on.
+fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy, chain: Option<&Chain>) -> PathSample {
     let exit = match path.status {
         Status::NoGlass | Status::Left => path.exit,
         Status::NoExit => path.t1,
@@ -201,6 +226,7 @@ fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy) -> PathSam
             TirPolicy::Pass => path.t1,
             TirPolicy::Clamp => critical_clamp(path.t1, -path.n2, world.bodies[path.body].ior),
             TirPolicy::Reflect => reflected(path.t1, path.n2),
+            TirPolicy::Trace => chain.filter(|chain| chain.status == Status::Left).map_or(path.t1, |chain| chain.exit),
         },
     };
     PathSample {
@@ -273,7 +299,7 @@ impl RefractionTrial {
         ring: Silhouette,
         runs: usize,
     ) -> Result<Self> {
-        let refraction = Refraction { tir: truth.tir, ..refraction };
+        let refraction = Refraction { tir: truth.tir, interfaces: truth.interfaces, ..refraction };
         let frame = subject.render(|request| {
             request.refraction = refraction;
             request.aov = true;
