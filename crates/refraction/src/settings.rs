@@ -148,12 +148,12 @@ pub struct Refraction {
 
 impl Refraction {
     /// Whether paths are followed on from the second interface.
-    pub(crate) fn follows(&self) -> bool {
+    pub(crate) fn follows(self) -> bool {
         self.method != Method::Sir && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
     }
 
     /// Whether light is followed that enters the body again.
-    pub(crate) fn reenters(&self) -> bool {
+    pub(crate) fn reenters(self) -> bool {
         self.interfaces == Interfaces::All && self.method.follows_all()
     }
 
