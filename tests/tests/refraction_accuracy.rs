@@ -275,6 +275,7 @@ fn compare_with_the_ray_tracer(body: &str, folder: &str, allowed: [Allowed; 2]) 
             (Method::Dir, bounds.dir),
             (Method::Newton, bounds.newton),
             (Method::Walk, bounds.walk),
+            (Method::Layers, bounds.walk),
         ] {
             let errors = against(&mut renderer, &reference, method);
             report(&reference.name, reference.n, method, &errors);

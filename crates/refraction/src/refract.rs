@@ -52,6 +52,8 @@ struct Search {
     steps: u32,
     tir: u32,
     most_interfaces: u32,
+    eye: Vec3,
+    eye_rest: Vec3,
 }
 
 #[derive(ShaderType)]
@@ -108,13 +110,17 @@ pub fn with_maps(
     };
     // Of a traced path: the first, up to six that reflect, and the one that it leaves through.
     let most_interfaces = 8;
-    let mut pass = pass
-        .value("map_viewpoint", &viewpoint.uniform(origin))
-        .value(
-            "search",
-            &Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces },
-        )
-        .input("front", map.front);
+    let eye = viewpoint.world_from_view.w_axis.truncate() - origin;
+    let search = Search {
+        bounds: viewpoint.sphere(bounds).as_vec4(),
+        steps: refraction.steps,
+        tir,
+        most_interfaces,
+        eye: eye.as_vec3(),
+        eye_rest: (eye - eye.as_vec3().as_dvec3()).as_vec3(),
+    };
+    let mut pass =
+        pass.value("map_viewpoint", &viewpoint.uniform(origin)).value("search", &search).input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
     }
@@ -256,7 +262,14 @@ mod tests {
             check_uniform_layout!(
                 shader,
                 "Search",
-                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6, most_interfaces: 7 }
+                Search {
+                    bounds: Vec4::new(1.0, 2.0, 3.0, 4.0),
+                    steps: 5,
+                    tir: 6,
+                    most_interfaces: 7,
+                    eye: Vec3::new(8.0, 9.0, 10.0),
+                    eye_rest: Vec3::new(11.0, 12.0, 13.0),
+                }
             )
             .unwrap();
             check_uniform_layout!(

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat4, DVec2, DVec3, Vec4};
 use murano_animation::{DeformedGeometry, Geometry, GeometryLeaves, Pose, shown_primitives};
 use murano_gpu::{Leaf, Work};
-use murano_refraction::{Layers, Viewpoint, interface_map};
+use murano_refraction::{Hierarchy, Layers, Viewpoint, interface_map};
 use murano_scene::{import, look_along};
 use murano_scheduler::{History, Plan, Skipping};
 use murano_tests::bench::asset;
@@ -216,6 +216,46 @@ fn both_layers_of_a_closed_model_cover_the_same_texels() {
             let covered = front.iter().filter(|depth| **depth > 0.0).count();
             assert!(covered > 10_000, "{model}: {covered} texels of {viewpoint:?}");
             assert_eq!(differing, 0, "{model}: of {covered} texels of {viewpoint:?}");
+        }
+    }
+}
+
+/// Quads across the whole picture, one behind the other, each facing the viewer and away by turns.
+fn stack(count: u32) -> Surface {
+    let mut surface = Surface { points: Vec::new(), triangles: Vec::new() };
+    for layer in 0..count {
+        let first = surface.points.len() as u32;
+        let corners = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+        surface.points.extend(corners.map(|(x, y)| DVec3::new(x, y, -1.0 - 0.1 * f64::from(layer))));
+        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| first + corner);
+        let quad = [[a, b, c], [a, c, d]];
+        surface.triangles.extend(if layer % 2 == 0 { quad } else { quad.map(|[a, b, c]| [a, c, b]) });
+    }
+    surface
+}
+
+/// The lists of layers hold the two layers that rasterising finds; so they do where there are more than there is room for.
+#[test]
+fn lists_of_layers_begin_with_the_rasterised_layers() {
+    let mut random = Random(65);
+    let mut scenes = vec![(stack(2), DMat4::IDENTITY), (stack(30), DMat4::IDENTITY)];
+    for surface in [Surface::even(48, 23), Surface::uneven()] {
+        let side = random.direction().as_dvec3();
+        scenes.push((surface, look_along(3.0 * side, -side)));
+    }
+    for (surface, world_from_view) in scenes {
+        let viewpoint = viewpoint(world_from_view, true, 0.45, 1e-3);
+        let of = |layers| {
+            let mut plan = Plan::new();
+            let geometry = surface.deformed(&mut plan, 1.0);
+            depths(&mut plan, &geometry, &viewpoint, layers)
+        };
+        let rasterised = of(Layers::NearestBack);
+        for hierarchy in [Hierarchy::None, Hierarchy::CoresAndHulls] {
+            let listed = of(Layers::All(hierarchy));
+            for (ours, theirs) in listed.iter().flatten().zip(rasterised.iter().flatten()) {
+                assert!((ours - theirs).abs() <= 2e-6 * theirs, "{ours} for {theirs}");
+            }
         }
     }
 }
