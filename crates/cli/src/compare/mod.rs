@@ -39,7 +39,7 @@ enum Reference {
 /// 95 % of the light.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    murano compare assets/bumpy.glb --methods sir,dir,newton,walk\n  \
+    murano compare assets/bumpy.glb --methods sir,dir,newton,layers\n  \
     murano compare fox.glb --glass --time 0.4 --methods dir:5,dir:12,newton --heatmap out/heat\n  \
     murano compare assets/bumpy.glb --methods splat:128,splat:512\n  \
     murano compare assets/sphere.glb --methods newton --threshold 0.05 --json")]
