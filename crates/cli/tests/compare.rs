@@ -60,6 +60,16 @@ fn the_threshold_decides_the_exit_status() {
     assert!(String::from_utf8_lossy(&over.stdout).contains("mean"), "the table is shown all the same");
 }
 
+/// Through total reflection and what enters the body again, against a truth that follows both.
+#[test]
+fn layers_follows_all_interfaces() {
+    let (_guard, folder) = folder();
+    let told = compare(&folder, &[&asset("bumpy.glb"), "--interfaces", "all", "--methods", "walk,layers"]);
+    let of = |row: usize, column: &str| number(&told["rows"][row], column);
+    assert!(of(1, "mean_deg") < 0.01 && of(1, "wrong_status") < 0.005, "{told}");
+    assert!(of(0, "wrong_status") > 0.05, "what enters again is met by layers alone: {told}");
+}
+
 #[test]
 fn heat_maps_are_written() {
     let (_guard, folder) = folder();
