@@ -89,7 +89,7 @@ pub struct ShotOptions {
     /// How the second interface is found
     #[arg(long, value_parser = values::one_of::<Method, _>(Method::ALL.map(Method::name)), help_heading = "Glass")]
     method: Option<Method>,
-    /// Steps of that search
+    /// Steps of that search (dir and newton)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), help_heading = "Glass")]
     steps: Option<u32>,
     /// Total internal reflection at the second interface

@@ -24,8 +24,6 @@ pub enum Layers {
 /// What lists of layers have above them, to skip what lies clear of all layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hierarchy {
-    /// Nothing.
-    None,
     /// For rays inside the body.
     Cores,
     /// For those outside too.
@@ -57,7 +55,7 @@ pub struct LayerLists {
     pub layers: Output,
     /// `vec4f` a cell: depths between which every texel of the cell and around it is inside, two intervals. Cells of 2x2
     /// texels, then of 4x4, up to 64x64, each level padded to whole cells of the last.
-    pub cores: Option<Output>,
+    pub cores: Output,
     /// `vec4f` a cell of these: depths between which all layers lie, and between which there is none.
     pub hulls: Option<Output>,
 }
@@ -177,8 +175,8 @@ pub fn interface_map(
         back,
         depth_range: more.filter(|_| layers == Layers::FarthestBack),
         layer_lists: match outputs[1..] {
-            [_, lists, layers, ref above @ ..] => {
-                Some(LayerLists { lists, layers, cores: above.first().copied(), hulls: above.get(1).copied() })
+            [_, lists, layers, cores, ref hulls @ ..] => {
+                Some(LayerLists { lists, layers, cores, hulls: hulls.first().copied() })
             }
             _ => None,
         },
@@ -226,9 +224,6 @@ fn list_layers(
         .dispatch(&shader, "place", LISTED_TILES)
         .dispatch(&shader, "gather", Groups::Indirect("list_arguments", 0))
         .dispatch(&shader, "finish", LISTED_TILES);
-    if hierarchy == Hierarchy::None {
-        return Ok(pass);
-    }
     let hulls = hierarchy == Hierarchy::CoresAndHulls;
     let shader = gpu.shader(&ShaderSpec::new("refraction::cores").feature("hulls", hulls))?;
     pass = pass.cleared_output("cores", 16 * cells_of_cores(size));

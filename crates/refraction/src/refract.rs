@@ -52,8 +52,6 @@ struct Search {
     steps: u32,
     tir: u32,
     most_interfaces: u32,
-    eye: Vec3,
-    eye_rest: Vec3,
 }
 
 #[derive(ShaderType)]
@@ -79,8 +77,7 @@ impl Method {
             Self::Sir => "refraction::methods::sir",
             Self::Dir => "refraction::methods::dir",
             Self::Newton => "refraction::methods::newton",
-            Self::Walk => "refraction::methods::walk",
-            Self::Layers => "refraction::methods::layers",
+            Self::Walk | Self::Layers => "refraction::methods::layers",
         }
     }
 }
@@ -110,15 +107,7 @@ pub fn with_maps(
     };
     // Of a traced path: the first, up to six that reflect, and the one that it leaves through.
     let most_interfaces = 8;
-    let eye = viewpoint.world_from_view.w_axis.truncate() - origin;
-    let search = Search {
-        bounds: viewpoint.sphere(bounds).as_vec4(),
-        steps: refraction.steps,
-        tir,
-        most_interfaces,
-        eye: eye.as_vec3(),
-        eye_rest: (eye - eye.as_vec3().as_dvec3()).as_vec3(),
-    };
+    let search = Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces };
     let mut pass =
         pass.value("map_viewpoint", &viewpoint.uniform(origin)).value("search", &search).input("front", map.front);
     if let Some(back) = map.back {
@@ -135,10 +124,9 @@ pub fn with_maps(
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles)
             .input("neighbours", map.geometry.neighbours);
-        for (name, hierarchy) in [("cores", lists.cores), ("hulls", lists.hulls)] {
-            if let Some(hierarchy) = hierarchy {
-                pass = pass.input(name, hierarchy);
-            }
+        pass = pass.input("cores", lists.cores);
+        if let Some(hulls) = lists.hulls {
+            pass = pass.input("hulls", hulls);
         }
     }
     pass
@@ -262,14 +250,7 @@ mod tests {
             check_uniform_layout!(
                 shader,
                 "Search",
-                Search {
-                    bounds: Vec4::new(1.0, 2.0, 3.0, 4.0),
-                    steps: 5,
-                    tir: 6,
-                    most_interfaces: 7,
-                    eye: Vec3::new(8.0, 9.0, 10.0),
-                    eye_rest: Vec3::new(11.0, 12.0, 13.0),
-                }
+                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6, most_interfaces: 7 }
             )
             .unwrap();
             check_uniform_layout!(

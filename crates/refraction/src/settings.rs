@@ -13,9 +13,10 @@ pub enum Method {
     Dir,
     /// Bracketed tangent-plane Newton on the nearest back surface.
     Newton,
-    /// `newton` seeds a triangle; a walk over the mesh's adjacency ends on the exact one.
+    /// All layers under every texel, followed from texel to texel; walks over the mesh from the planes met end on the exact
+    /// triangle.
     Walk,
-    /// All layers under every texel, followed from texel to texel; walks over the mesh from the planes met.
+    /// `walk` that can also follow light which enters the body again ([`Interfaces::All`]).
     Layers,
 }
 
@@ -136,7 +137,8 @@ named!(Interfaces, "number of interfaces");
 pub struct Refraction {
     /// Search for the second interface.
     pub method: Method,
-    /// Steps of the search: bisections for `dir`, Newton steps for `newton` and `walk`.
+    /// Steps of the search: bisections for `dir`, Newton steps for `newton`; `walk` and `layers` search until they have met
+    /// something.
     pub steps: u32,
     /// Total internal reflection at the second interface, where only two are met.
     pub tir: TirPolicy,
@@ -162,9 +164,8 @@ impl Refraction {
         match self.method {
             Method::Sir | Method::Newton => Layers::NearestBack,
             Method::Dir => Layers::FarthestBack,
-            Method::Walk => Layers::All(Hierarchy::None),
             Method::Layers if self.reenters() => Layers::All(Hierarchy::CoresAndHulls),
-            Method::Layers => Layers::All(Hierarchy::Cores),
+            Method::Walk | Method::Layers => Layers::All(Hierarchy::Cores),
         }
     }
 }

@@ -251,10 +251,33 @@ fn lists_of_layers_begin_with_the_rasterised_layers() {
             depths(&mut plan, &geometry, &viewpoint, layers)
         };
         let rasterised = of(Layers::NearestBack);
-        for hierarchy in [Hierarchy::None, Hierarchy::CoresAndHulls] {
+        for hierarchy in [Hierarchy::Cores, Hierarchy::CoresAndHulls] {
             let listed = of(Layers::All(hierarchy));
             for (ours, theirs) in listed.iter().flatten().zip(rasterised.iter().flatten()) {
                 assert!((ours - theirs).abs() <= 2e-6 * theirs, "{ours} for {theirs}");
+            }
+        }
+    }
+}
+
+/// A list says so where it does not hold every layer.
+#[test]
+fn short_lists_of_layers_are_marked() {
+    for (count, short) in [(2, false), (30, true)] {
+        let viewpoint = viewpoint(DMat4::IDENTITY, true, 0.45, 1e-3);
+        let mut plan = Plan::new();
+        let geometry = stack(count).deformed(&mut plan, 1.0);
+        let layers = Layers::All(Hierarchy::Cores);
+        let map = interface_map(&GPU, &mut plan, ("short", 0), &geometry, &viewpoint, DVec3::ZERO, layers)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let lists = map.layer_lists.expect("asked for").lists;
+        let executed =
+            GPU.execute(&plan, &[lists], &mut History::new(), Skipping::Off).unwrap_or_else(|error| panic!("{error}"));
+        for row in rows_of(&executed.targets[0]) {
+            for count in [row.y, row.w].map(f32::to_bits) {
+                // On the diagonal lie both triangles of a quad.
+                assert!(count & 0xffff >= 2, "{count}");
+                assert_eq!(count >= 1 << 16, short, "{count}");
             }
         }
     }

@@ -90,19 +90,12 @@ pub struct MethodLimits {
     pub sir: Limits,
     pub dir: Limits,
     pub newton: Limits,
-    pub walk: Limits,
 }
 
 impl MethodLimits {
     /// Mean degrees, share wrong and share flagged of the methods that search a second interface.
     pub fn new(dir: [f64; 3], newton: [f64; 3]) -> Self {
-        let newton = Limits::of(newton);
-        Self { sir: Limits::FIRST_INTERFACE, dir: Limits::of(dir), newton, walk: newton }
-    }
-
-    /// Where `walk` is not held to what `newton` is.
-    pub fn with_walk(self, walk: [f64; 3]) -> Self {
-        Self { walk: Limits::of(walk), ..self }
+        Self { sir: Limits::FIRST_INTERFACE, dir: Limits::of(dir), newton: Limits::of(newton) }
     }
 
     /// Those of one method.
@@ -110,8 +103,7 @@ impl MethodLimits {
         match method {
             Method::Sir => self.sir,
             Method::Dir => self.dir,
-            Method::Newton | Method::Layers => self.newton,
-            Method::Walk => self.walk,
+            Method::Newton | Method::Walk | Method::Layers => self.newton,
         }
     }
 }

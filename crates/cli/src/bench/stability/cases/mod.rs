@@ -125,7 +125,6 @@ fn concave() -> Group {
     }
     // `dir` searches the farthest back, which through a hollow is not the second interface. `newton` knows the nearest
     // back alone, and says where that is not what the ray meets.
-    // `walk` looks ahead at eight places, between which a ray may graze the hollow.
-    let limits = MethodLimits::new([50.0, 0.4, 0.12], [0.7, 0.01, 0.25]).with_walk([0.7, 0.06, 0.25]);
+    let limits = MethodLimits::new([50.0, 0.4, 0.12], [0.7, 0.01, 0.25]);
     Group { name: "torus and hollow ball", limits, cases }
 }
