@@ -1,7 +1,7 @@
 //! Refraction in image space: interface maps of a viewpoint, the methods that search them, the refract pass.
 //!
-//! To add a method: its row in [`Method`], its module in `shaders/refraction/methods/` with a function `find_interface`, and
-//! its shader module and its layers, which this crate names in `Method::module` and `Refraction::layers`.
+//! To add a method: its row in [`Method`], its module in `shaders/refraction/methods/` with `find_interface`; that
+//! module and the layers that it reads stand in `Method::module` and `Refraction::layers`.
 
 mod interface_map;
 mod refract;
