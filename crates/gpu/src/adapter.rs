@@ -42,6 +42,8 @@ pub struct Gpu {
     pub(crate) shaders: ShaderLibrary,
     pub(crate) pipelines: Mutex<Pipelines>,
     pub(crate) store: Mutex<Store>,
+    /// Held while a plan is executed.
+    pub(crate) executing: Mutex<()>,
     pub(crate) output_checks: OutputChecks,
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -138,6 +140,7 @@ impl Gpu {
         Ok(Self {
             pipelines: Mutex::new(Pipelines::new(&device)),
             store: Mutex::new(Store::default()),
+            executing: Mutex::new(()),
             shaders: ShaderLibrary::default(),
             device,
             queue,

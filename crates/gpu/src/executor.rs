@@ -51,7 +51,7 @@ struct Comparison {
 }
 
 impl Gpu {
-    /// Resolves a plan against the store, runs what has to run and reads back the targets.
+    /// Resolves a plan against the store, runs what has to run and reads back the targets. Plans of other threads wait.
     ///
     /// # Errors
     /// [`GpuError`] of any kind; [`GpuError::Stale`] if `skipping` is `Verify` and a rerun gave other bits;
@@ -63,6 +63,9 @@ impl Gpu {
         history: &mut History,
         skipping: Skipping,
     ) -> Result<Executed, GpuError> {
+        // While a plan is recorded, the store holds outputs that nothing has computed yet, and buffers that it gives away
+        // again may still be meant by a recording: another plan must see neither.
+        let _executing = self.executing.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let schedule = {
             let store = self.store();
             plan.resolve(targets, |stamp| store.contains(stamp), history, skipping)?

@@ -7,6 +7,7 @@ mod environment;
 mod harness;
 mod optics;
 mod photon;
+mod shared_device;
 mod tone_map;
 mod triangle;
 mod viewpoint;
