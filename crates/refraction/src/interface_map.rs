@@ -6,7 +6,7 @@ use murano_animation::DeformedGeometry;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_scheduler::{Output, Plan};
 
-use crate::{LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads, tiles::tiles};
+use crate::{LISTED_TILES, RefittedTree, Viewpoint, over_listed_tiles, texels, tile_threads, tiles::tiles};
 
 /// Which back faces an interface map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +41,8 @@ pub struct InterfaceMap {
     pub depth_range: Option<Output>,
     /// Every layer; for [`Layers::All`].
     pub layer_lists: Option<LayerLists>,
+    /// The hierarchy over what is mapped, for methods that trace it ([`crate::Method::traces`]).
+    pub tree: Option<RefittedTree>,
     /// What is mapped.
     pub geometry: DeformedGeometry,
 }
@@ -127,7 +129,7 @@ fn rasterise_over(
         .dispatch(&shader, "large_triangle", large))
 }
 
-/// Adds the pass `name:instance` that maps a geometry from a viewpoint.
+/// Adds the pass `name:instance` that maps a geometry from a viewpoint. A hierarchy is not among what it makes.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -180,6 +182,7 @@ pub fn interface_map(
             }
             _ => None,
         },
+        tree: None,
         geometry: *geometry,
     })
 }

@@ -7,10 +7,12 @@ mod interface_map;
 mod refract;
 mod settings;
 mod tiles;
+mod tree;
 mod viewpoint;
 
 pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, interface_map, rasterise};
 pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, refract, traced, with_maps};
 pub use settings::{Interfaces, Method, Refraction, TirPolicy, UnknownName};
 pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
+pub use tree::{RefittedTree, TriangleTree};
 pub use viewpoint::{Viewpoint, ViewpointUniform};

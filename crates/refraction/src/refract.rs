@@ -78,6 +78,7 @@ impl Method {
             Self::Dir => "refraction::methods::dir",
             Self::Newton => "refraction::methods::newton",
             Self::Walk | Self::Layers => "refraction::methods::layers",
+            Self::Exact => "refraction::methods::exact",
         }
     }
 }
@@ -88,6 +89,7 @@ pub fn traced(root: &'static str, refraction: &Refraction) -> ShaderSpec {
         .alias("refraction::method", refraction.method.module())
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
+        .feature("tree", refraction.method.traces())
 }
 
 /// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads.
@@ -116,15 +118,22 @@ pub fn with_maps(
     if let Some(range) = map.depth_range {
         pass = pass.input("depth_range", range);
     }
+    if map.layer_lists.is_some() || map.tree.is_some() {
+        pass = pass
+            .input("mesh_positions", map.geometry.positions)
+            .input("mesh_normals", map.geometry.normals)
+            .input("mesh_triangles", map.geometry.triangles);
+    }
+    if let Some(tree) = map.tree {
+        pass =
+            pass.input("tree_children", tree.children).input("tree_order", tree.order).input("tree_boxes", tree.boxes);
+    }
     if let Some(lists) = map.layer_lists {
         pass = pass
             .input("lists", lists.lists)
             .input("layers", lists.layers)
-            .input("mesh_positions", map.geometry.positions)
-            .input("mesh_normals", map.geometry.normals)
-            .input("mesh_triangles", map.geometry.triangles)
-            .input("neighbours", map.geometry.neighbours);
-        pass = pass.input("cores", lists.cores);
+            .input("neighbours", map.geometry.neighbours)
+            .input("cores", lists.cores);
         if let Some(hulls) = lists.hulls {
             pass = pass.input("hulls", hulls);
         }

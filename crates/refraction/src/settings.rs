@@ -18,11 +18,14 @@ pub enum Method {
     Walk,
     /// `walk` that can also follow light which enters the body again ([`Interfaces::All`]).
     Layers,
+    /// Ray traced on the deformed triangles, through a hierarchy of boxes that is refitted to every pose; only where the
+    /// eye's rays begin comes from a map.
+    Exact,
 }
 
 impl Method {
     /// Every method there is, in the order of the table.
-    pub const ALL: [Self; 5] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk, Self::Layers];
+    pub const ALL: [Self; 6] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk, Self::Layers, Self::Exact];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +35,7 @@ impl Method {
             Self::Newton => "newton",
             Self::Walk => "walk",
             Self::Layers => "layers",
+            Self::Exact => "exact",
         }
     }
 }
@@ -39,7 +43,12 @@ impl Method {
 impl Method {
     /// Whether light that enters the body again can be followed.
     pub fn follows_all(self) -> bool {
-        self == Self::Layers
+        matches!(self, Self::Layers | Self::Exact)
+    }
+
+    /// Whether it traces rays through the body's [`crate::TriangleTree`].
+    pub fn traces(self) -> bool {
+        self == Self::Exact
     }
 }
 
@@ -137,7 +146,7 @@ named!(Interfaces, "number of interfaces");
 pub struct Refraction {
     /// Search for the second interface.
     pub method: Method,
-    /// Steps of the search: bisections for `dir`, Newton steps for `newton`; `walk` and `layers` search until they have met
+    /// Steps of the search: bisections for `dir`, Newton steps for `newton`; the others search until they have met
     /// something.
     pub steps: u32,
     /// Total internal reflection at the second interface, where only two are met.
@@ -162,7 +171,7 @@ impl Refraction {
     /// The layers that the maps of bodies need.
     pub fn layers(&self) -> Layers {
         match self.method {
-            Method::Sir | Method::Newton => Layers::NearestBack,
+            Method::Sir | Method::Newton | Method::Exact => Layers::NearestBack,
             Method::Dir => Layers::FarthestBack,
             Method::Layers if self.reenters() => Layers::All(Hierarchy::CoresAndHulls),
             Method::Walk | Method::Layers => Layers::All(Hierarchy::Cores),

@@ -1,9 +1,11 @@
 //! What a world is made of, sorted by how it is drawn: glass bodies one by one, everything opaque as one.
 
+use std::sync::OnceLock;
+
 use glam::{DVec3, Vec4};
-use murano_animation::{Geometry, GeometryError, GeometryLeaves, shown_primitives};
+use murano_animation::{Geometry, GeometryError, GeometryLeaves, Pose, deform_f64, shown_primitives};
 use murano_gpu::Leaf;
-use murano_refraction::Glass;
+use murano_refraction::{Glass, TriangleTree};
 use murano_scene::{Local, Material, Mesh, Node, NodeIndex, Primitive, Scene, Transform};
 use murano_scheduler::Stamp;
 
@@ -17,6 +19,18 @@ pub(crate) struct Body {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
     pub(crate) glass: Glass,
+    /// Made when a method asks for it.
+    tree: OnceLock<TriangleTree>,
+}
+
+impl Body {
+    /// The hierarchy of its triangles, from the rest pose: what was rendered before must not show.
+    pub(crate) fn tree(&self, scene: &Scene) -> &TriangleTree {
+        self.tree.get_or_init(|| {
+            let rest = deform_f64(&self.geometry, scene, &Pose::rest(scene));
+            TriangleTree::build(&rest.positions, &self.geometry.triangles)
+        })
+    }
 }
 
 /// Everything that is shaded.
@@ -101,7 +115,7 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
         .into_iter()
         .map(|((_, glass), members)| {
             let geometry = Geometry::build(scene, &members)?;
-            Ok(Body { leaves: GeometryLeaves::new(&geometry), geometry, glass })
+            Ok(Body { leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
     let geometry = Geometry::build(scene, &opaque)?;

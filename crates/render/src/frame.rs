@@ -6,10 +6,10 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::CausticMap;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, RefractRequest, Viewpoint, interface_map, over_listed_tiles,
-    rasterise, refract, texels, tile_threads,
+    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, RefittedTree, RefractRequest, Viewpoint, interface_map,
+    over_listed_tiles, rasterise, refract, texels, tile_threads,
 };
-use murano_scene::Projection;
+use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
 
 use crate::{
@@ -21,6 +21,7 @@ use crate::{
 /// What a frame is made from: a world made ready.
 pub(crate) struct Stock<'a> {
     pub(crate) gpu: &'a Gpu,
+    pub(crate) scene: &'a Scene,
     pub(crate) bodies: &'a [Body],
     pub(crate) opaque: &'a Opaque,
     pub(crate) distant: &'a Distant,
@@ -101,6 +102,8 @@ pub(crate) struct PosedBody {
     pub(crate) glass: Glass,
     pub(crate) deformed: DeformedGeometry,
     pub(crate) bounds: Bounds,
+    /// Its hierarchy, for methods that trace it.
+    pub(crate) tree: Option<RefittedTree>,
 }
 
 /// Farthest first.
@@ -162,7 +165,9 @@ impl FramePlan<'_> {
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
-            bodies.push(PosedBody { index, glass: body.glass, deformed, bounds: *bounds });
+            let traced = self.request.refraction.method.traces();
+            let tree = traced.then(|| body.tree(self.stock.scene).refit(self.stock.gpu, plan, index, &deformed));
+            bodies.push(PosedBody { index, glass: body.glass, deformed, bounds: *bounds, tree: tree.transpose()? });
         }
         Ok(bodies)
     }
@@ -220,16 +225,11 @@ impl FramePlan<'_> {
             return Ok(behind);
         }
         let refraction = &self.request.refraction;
-        let map: InterfaceMap = interface_map(
-            self.stock.gpu,
-            plan,
-            ("eye_map", body.index),
-            &body.deformed,
-            &self.eye,
-            self.origin,
-            refraction.layers(),
-        )?;
-        let farthest = refraction.layers() == Layers::FarthestBack;
+        let key = ("eye_map", body.index);
+        let layers = refraction.layers();
+        let map = interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, layers)?;
+        let map = InterfaceMap { tree: body.tree, ..map };
+        let farthest = layers == Layers::FarthestBack;
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
             interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, Layers::NearestBack)?.back

@@ -98,6 +98,7 @@ impl Renderer {
         let pose = self.pose(request.clip, request.time);
         let stock = Stock {
             gpu: &self.gpu,
+            scene: &self.world.scene,
             bodies: &self.bodies,
             opaque: &self.opaque,
             distant: &self.distant,
@@ -162,6 +163,7 @@ impl Renderer {
         let pose = self.pose(request.clip, request.time);
         let stock = Stock {
             gpu: &self.gpu,
+            scene: &self.world.scene,
             bodies: &self.bodies,
             opaque: &self.opaque,
             distant: &self.distant,

@@ -79,6 +79,10 @@ impl Limits {
     /// The first interface is exact: what is left is the rounding of f32, and pixels that it decides.
     const FIRST_INTERFACE: Self = Self { mean_degrees: 1e-3, wrong: 1e-3, flagged: 1e-3 };
 
+    /// Every interface is: what is left of an exact search is the same, passed on by the second interface. A hundredfold,
+    /// where the picture is the outermost ten-thousandth of a ball.
+    const EXACT: Self = Self { mean_degrees: 2e-3, wrong: 1e-3, flagged: 1e-3 };
+
     fn of([mean_degrees, wrong, flagged]: [f64; 3]) -> Self {
         Self { mean_degrees, wrong, flagged }
     }
@@ -104,6 +108,7 @@ impl MethodLimits {
             Method::Sir => self.sir,
             Method::Dir => self.dir,
             Method::Newton | Method::Walk | Method::Layers => self.newton,
+            Method::Exact => Limits::EXACT,
         }
     }
 }
