@@ -13,7 +13,7 @@ use murano_scene::{
     Channel, Clip, Interpolation, Light, LightKind, Local, Material, Mesh, Node, Path, Primitive, Sampler, Scene, Shot,
     Transform, look_along,
 };
-use murano_tests::bench::{asset, gpu, renderer, still};
+use murano_tests::bench::{asset, gpu, renderer, still, vectors};
 
 const SIZE: [u32; 2] = [96, 96];
 const CAUSTICS: Caustics = Caustics { method: CausticsMethod::Splat, photons: 24, map_size: 64 };
@@ -262,6 +262,10 @@ fn random_edits(seed: u64) {
 }
 
 /// Caustic light at every pixel, lux, red.
+fn exits(frame: &Frame) -> Vec<DVec3> {
+    vectors(frame.aov.as_ref().expect("asked for"), "exit_direction")
+}
+
 fn caustic_of(frame: &Frame) -> &[f32] {
     let aov = frame.aov.as_ref().expect("asked for");
     &aov.layers.iter().find(|layer| layer.name == "caustic").expect("a layer of AOV_LAYERS").planes[0]
@@ -411,6 +415,21 @@ fn a_turn_that_keeps_the_bounding_box_is_seen() {
     );
     assert!(caustic_of(&first) != caustic_of(&turned), "the caustic stood still");
     assert!(first.rgba != turned.rgba, "the body stood still");
+}
+
+#[test]
+fn what_is_baked_of_a_rigid_body_is_baked_once() {
+    let view = View::look_at(DVec3::new(2.0, 4.0, 5.0), DVec3::ZERO, 0.8);
+    let refraction = Refraction { method: Method::Isr, ..Refraction::default() };
+    let request = FrameRequest { clip: Some(0), ..still(view, SIZE, refraction) };
+    let mut warm = renderer(gpu(), turning_tetrahedron());
+    let first = render(&mut warm, &request);
+    assert!(ran(&first).is_superset(&BTreeSet::from(["deform", "refit", "thickness", "eye_map", "refract"])));
+    let later = FrameRequest { time: 0.3, ..request };
+    let turned = render(&mut warm, &later);
+    assert_reused(&turned, &["refit", "thickness"], "a rigid body turned");
+    assert!(ran(&turned).contains("deform") && exits(&turned) != exits(&first), "the body stood still");
+    assert_equal(&turned, &render(&mut renderer(gpu(), turning_tetrahedron()), &later), "turned");
 }
 
 /// The tetrahedron of glass so thin optically that light leaves it at every face.

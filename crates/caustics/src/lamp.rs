@@ -138,7 +138,7 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let shader = Shader::link(&traced("caustics::emit", &Refraction::default())).unwrap();
+        let shader = Shader::link(&traced("caustics::emit", &Refraction::default(), false)).unwrap();
         let axis = Vec3::new(3.0, 4.0, 5.0);
         check_uniform_layout!(shader, "Emission", Emission { cos_outer: 1.0, cos_inner: 2.0, axis: axis }).unwrap();
     }

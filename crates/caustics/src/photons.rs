@@ -93,7 +93,7 @@ pub fn emit(
     caustics: &Caustics,
     refraction: &Refraction,
 ) -> Result<Output, GpuError> {
-    let shader = gpu.shader(&traced("caustics::emit", refraction))?;
+    let shader = gpu.shader(&traced("caustics::emit", refraction, cast.map.thickness.is_some()))?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
         ior: cast.glass.ior as f32,
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let emit = Shader::link(&traced("caustics::emit", &Refraction::default())).unwrap();
+        let emit = Shader::link(&traced("caustics::emit", &Refraction::default(), false)).unwrap();
         check_uniform_layout!(
             emit,
             "Params",

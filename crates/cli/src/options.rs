@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
-use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
+use murano_refraction::{BackSurface, Interfaces, Method, NormalDistance, Refraction, TirPolicy};
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
 
@@ -92,11 +92,26 @@ pub struct ShotOptions {
     /// Steps of that search (dir and newton)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), help_heading = "Glass")]
     steps: Option<u32>,
+    /// isr: the way along the inward normal, d_N, as traced in the rest pose, as 0, or left out for the way along the view
+    #[arg(
+        long, value_parser = values::one_of::<NormalDistance, _>(NormalDistance::ALL.map(NormalDistance::name)),
+        help_heading = "Glass"
+    )]
+    isr_distance: Option<NormalDistance>,
+    /// isr: the back surface that counts as the second interface
+    #[arg(
+        long, value_parser = values::one_of::<BackSurface, _>(BackSurface::ALL.map(BackSurface::name)),
+        help_heading = "Glass"
+    )]
+    isr_back: Option<BackSurface>,
+    /// dir: as its paper prints it, errors included
+    #[arg(long, help_heading = "Glass")]
+    uncorrected: bool,
     /// Total internal reflection at the second interface
     #[arg(long, value_parser = values::one_of::<TirPolicy, _>(TirPolicy::ALL.map(TirPolicy::name)), help_heading = "Glass")]
     tir: Option<TirPolicy>,
     /// How many interfaces a refracted ray meets: two, or all ahead of it up to 8. All follow total reflection whatever
-    /// --tir says; light that enters the body again is followed by layers alone
+    /// --tir says; light that enters the body again is followed by layers and exact alone
     #[arg(
         long, value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
         help_heading = "Glass"
@@ -215,6 +230,9 @@ impl ShotOptions {
             tir: self.tir.unwrap_or(default.refraction.tir),
             interfaces: self.interfaces.unwrap_or(default.refraction.interfaces),
             reflection: !self.no_reflection,
+            normal_distance: self.isr_distance.unwrap_or(default.refraction.normal_distance),
+            back_surface: self.isr_back.unwrap_or(default.refraction.back_surface),
+            uncorrected: self.uncorrected,
         };
         let off = self.caustics == Some(CausticsChoice(None));
         let caustics = (!off).then(|| self.caustics());

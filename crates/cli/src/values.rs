@@ -5,7 +5,7 @@ use std::{fmt::Display, str::FromStr};
 use clap::builder::{PathBufValueParser, PossibleValuesParser, StringValueParser, TypedValueParser};
 use glam::DVec3;
 use murano_caustics::Method as CausticsMethod;
-use murano_refraction::Method as RefractionMethod;
+use murano_refraction::{BackSurface, Method as RefractionMethod, NormalDistance, Refraction};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, ShotLightKind};
 
 /// One of a table's names; the table's own parser makes the value of it.
@@ -29,11 +29,65 @@ impl CausticsChoice {
     }
 }
 
-/// One entry of `--methods`: `newton`, `dir:12`, `splat:256`.
+/// A refraction method as `--methods` names it; what is not named is as usual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RefractionChoice {
+    method: RefractionMethod,
+    steps: Option<u32>,
+    normal_distance: Option<NormalDistance>,
+    back_surface: Option<BackSurface>,
+    uncorrected: bool,
+}
+
+impl RefractionChoice {
+    /// Settings that differ from others by what is named.
+    pub fn of(&self, usual: Refraction) -> Refraction {
+        Refraction {
+            method: self.method,
+            steps: self.steps.unwrap_or(usual.steps),
+            normal_distance: self.normal_distance.unwrap_or(usual.normal_distance),
+            back_surface: self.back_surface.unwrap_or(usual.back_surface),
+            uncorrected: self.uncorrected || usual.uncorrected,
+            ..usual
+        }
+    }
+
+    /// A method and the words after its name.
+    fn read<'a>(method: RefractionMethod, words: impl Iterator<Item = &'a str>) -> Result<Self, String> {
+        let mut choice = Self { method, steps: None, normal_distance: None, back_surface: None, uncorrected: false };
+        for word in words {
+            match method {
+                RefractionMethod::Dir if word == "uncorrected" => choice.uncorrected = true,
+                RefractionMethod::Isr if word.parse::<NormalDistance>().is_ok() => {
+                    choice.normal_distance = word.parse().ok();
+                }
+                RefractionMethod::Isr if word.parse::<BackSurface>().is_ok() => choice.back_surface = word.parse().ok(),
+                _ => choice.steps = Some(count(word, 64).ok_or_else(|| wrong_word(method, word))?),
+            }
+        }
+        Ok(choice)
+    }
+}
+
+fn wrong_word(method: RefractionMethod, word: &str) -> String {
+    let others = match method {
+        RefractionMethod::Dir => ", or the word uncorrected",
+        RefractionMethod::Isr => ", or the words baked, zero, view, nearest, farthest",
+        _ => "",
+    };
+    format!("`{word}`: after {method}: come steps, a whole number from 1 to 64, as in {method}:12{others}")
+}
+
+/// A whole number from 1 to `most`.
+fn count(text: &str, most: u32) -> Option<u32> {
+    text.parse().ok().filter(|count| (1..=most).contains(count))
+}
+
+/// One entry of `--methods`: `newton`, `dir:12`, `isr:view:nearest`, `splat:256`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MethodChoice {
-    /// A refraction method, and its steps where they are given.
-    Refraction(RefractionMethod, Option<u32>),
+    /// A refraction method and what is named of its settings.
+    Refraction(RefractionChoice),
     /// A caustics method, and its photons a side where they are given.
     Caustics(CausticsMethod, Option<u32>),
 }
@@ -42,17 +96,18 @@ impl FromStr for MethodChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, number) = text.split_once(':').map_or((text, None), |(name, number)| (name, Some(number)));
-        let within = |most: u32, what: &str| match number.map(str::parse) {
-            None => Ok(None),
-            Some(Ok(count)) if (1..=most).contains(&count) => Ok(Some(count)),
-            Some(_) => Err(format!("`{text}`: {what} are a whole number from 1 to {most}, as in {name}:12")),
-        };
+        let mut words = text.split(':');
+        let name = words.next().unwrap_or_default();
         if let Ok(method) = name.parse() {
-            return Ok(Self::Refraction(method, within(64, "steps")?));
+            return RefractionChoice::read(method, words).map(Self::Refraction);
         }
         if let Ok(method) = name.parse() {
-            return Ok(Self::Caustics(method, within(8192, "photons a side")?));
+            let given: Vec<_> = words.map(|word| count(word, 8192)).collect();
+            return match given[..] {
+                [] => Ok(Self::Caustics(method, None)),
+                [Some(photons)] => Ok(Self::Caustics(method, Some(photons))),
+                _ => Err(format!("`{text}`: photons a side are a whole number from 1 to 8192, as in {name}:12")),
+            };
         }
         let refraction = RefractionMethod::ALL.map(RefractionMethod::name);
         let caustics = CausticsMethod::ALL.map(CausticsMethod::name);
@@ -248,6 +303,24 @@ mod tests {
         assert_eq!(range("7"), Some((7, 8)));
         for wrong in ["", "..", "5..5", "6..5", "a..b", "-1..2", "0..4294967296", "4294967295"] {
             assert_eq!(range(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn methods() {
+        let read = |text: &str| match text.parse() {
+            Ok(MethodChoice::Refraction(choice)) => Some(choice.of(Refraction::default())),
+            _ => None,
+        };
+        let usual = Refraction::default();
+        let isr = Refraction { method: RefractionMethod::Isr, ..usual };
+        assert_eq!(read("isr"), Some(isr));
+        let view = Refraction { normal_distance: NormalDistance::View, back_surface: BackSurface::Nearest, ..isr };
+        assert_eq!(read("isr:nearest:view"), Some(view));
+        let printed = Refraction { method: RefractionMethod::Dir, steps: 12, uncorrected: true, ..usual };
+        assert_eq!(read("dir:12:uncorrected"), Some(printed));
+        for wrong in ["dir:0", "dir:view", "newton:uncorrected", "isr:deep", "splat:0", "splat:8:8", "magic", ""] {
+            assert!(wrong.parse::<MethodChoice>().is_err(), "{wrong}");
         }
     }
 

@@ -65,6 +65,8 @@ pub struct PathErrors {
     pub p99_deg: f64,
     /// Largest angle, degrees.
     pub max_deg: f64,
+    /// Part of the compared pixels whose angle is more than one degree, 0..1; NaN where there are none.
+    pub over_1_deg: f64,
     /// Mean distance of the second hits over the body's diameter.
     pub p2_mean: f64,
     /// Largest distance of the second hits over the body's diameter.
@@ -199,6 +201,7 @@ impl Tally {
             p95_deg: quantile(0.95),
             p99_deg: quantile(0.99),
             max_deg: quantile(1.0),
+            over_1_deg: of_compared(self.degrees.iter().filter(|angle| **angle > 1.0).count() as f64),
             p2_mean: of_compared(self.distances.iter().sum()) / diameter,
             p2_max: self.distances.iter().copied().reduce(f64::max).unwrap_or(f64::NAN) / diameter,
             wrong_status: of_covered(self.wrong_status),

@@ -15,8 +15,11 @@ pub enum Layers {
     Nearest,
     /// Nearest front face, nearest back face.
     NearestBack,
-    /// Nearest front face, farthest back face, and the range of the back's depths.
-    FarthestBack,
+    /// Nearest front face, farthest back face.
+    FarthestBack {
+        /// And the range of the back's depths.
+        depth_range: bool,
+    },
     /// Nearest front face, nearest back face, and the list of all layers of every texel.
     All(Hierarchy),
 }
@@ -37,14 +40,34 @@ pub struct InterfaceMap {
     pub front: Output,
     /// Back face; `None` for [`Layers::Nearest`].
     pub back: Option<Output>,
-    /// Smallest and largest depth of `back` as bits `[~smallest, largest]`; for [`Layers::FarthestBack`].
+    /// Smallest and largest depth of `back` as bits `[~smallest, largest]`; for [`Layers::FarthestBack`] where it is asked for.
     pub depth_range: Option<Output>,
     /// Every layer; for [`Layers::All`].
     pub layer_lists: Option<LayerLists>,
-    /// The hierarchy over what is mapped, for methods that trace it ([`crate::Method::traces`]).
+    /// `f32` a texel: the way from `front` along its inward normal to the far side, metres; for what has a
+    /// [`Mapped::thickness`].
+    pub thickness: Option<Output>,
+    /// As of what is mapped.
     pub tree: Option<RefittedTree>,
-    /// What is mapped.
+    /// As of what is mapped.
     pub geometry: DeformedGeometry,
+}
+
+/// A geometry in a pose, and what methods may need besides.
+#[derive(Clone, Copy, Debug)]
+pub struct Mapped {
+    /// Its triangles.
+    pub geometry: DeformedGeometry,
+    /// The hierarchy over them, for methods that trace it ([`crate::Method::traces`]).
+    pub tree: Option<RefittedTree>,
+    /// `f32` a vertex: [`crate::thickness`].
+    pub thickness: Option<Output>,
+}
+
+impl From<DeformedGeometry> for Mapped {
+    fn from(geometry: DeformedGeometry) -> Self {
+        Self { geometry, tree: None, thickness: None }
+    }
 }
 
 /// All triangles under each texel's centre, nearest first: at most 16 a texel, as many altogether as four times the texels.
@@ -113,7 +136,7 @@ fn rasterise_over(
             &Raster {
                 triangle_count: geometry.triangle_count as u32,
                 layers: count,
-                farthest_back: u32::from(layers == Layers::FarthestBack),
+                farthest_back: u32::from(matches!(layers, Layers::FarthestBack { .. })),
             },
         )
         .input("positions", geometry.positions)
@@ -129,7 +152,7 @@ fn rasterise_over(
         .dispatch(&shader, "large_triangle", large))
 }
 
-/// Adds the pass `name:instance` that maps a geometry from a viewpoint. A hierarchy is not among what it makes.
+/// Adds the pass `name:instance` that maps a geometry from a viewpoint.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -137,12 +160,15 @@ pub fn interface_map(
     gpu: &Gpu,
     plan: &mut Plan<Work>,
     (name, instance): (&'static str, u32),
-    geometry: &DeformedGeometry,
+    mapped: &Mapped,
     viewpoint: &Viewpoint,
     origin: DVec3,
     layers: Layers,
 ) -> Result<InterfaceMap, GpuError> {
-    let resolve = gpu.shader(&ShaderSpec::new("refraction::interface_map"))?;
+    let geometry = &mapped.geometry;
+    let thickness = mapped.thickness.filter(|_| !matches!(layers, Layers::Nearest | Layers::All(_)));
+    let spec = ShaderSpec::new("refraction::interface_map").feature("thickness", thickness.is_some());
+    let resolve = gpu.shader(&spec)?;
     let size = viewpoint.size;
     let count = texels(size);
     let mut pass = ComputePass::new(name, instance)
@@ -153,6 +179,9 @@ pub fn interface_map(
     if layers != Layers::Nearest {
         pass = pass.cleared_output("back", 16 * count);
     }
+    if let Some(thickness) = thickness {
+        pass = pass.input("thickness", thickness).cleared_output("thickness_map", 4 * count);
+    }
     pass = over_listed_tiles(pass, size);
     let list = tile_threads(size);
     let outputs =
@@ -161,28 +190,32 @@ pub fn interface_map(
             Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
                 .dispatch(&resolve, "list_one", list)
                 .dispatch(&resolve, "one_layer", LISTED_TILES),
-            Layers::NearestBack => rasterise(gpu, pass, geometry, size, layers)?
-                .dispatch(&resolve, "list_two", list)
-                .dispatch(&resolve, "two_layers", LISTED_TILES),
-            Layers::FarthestBack => rasterise(gpu, pass, geometry, size, layers)?
+            Layers::NearestBack | Layers::FarthestBack { depth_range: false } => rasterise(
+                gpu, pass, geometry, size, layers,
+            )?
+            .dispatch(&resolve, "list_two", list)
+            .dispatch(&resolve, "two_layers", LISTED_TILES),
+            Layers::FarthestBack { depth_range: true } => rasterise(gpu, pass, geometry, size, layers)?
                 .cleared_output("depth_range", 8)
                 .dispatch(&resolve, "list_two", list)
                 .dispatch(&resolve, "two_layers", LISTED_TILES)
                 .dispatch(&resolve, "reduce", Groups::tiles(size)),
         }
         .add_to(plan)?;
-    let (back, more) = (outputs.get(1).copied(), outputs.get(2).copied());
+    let back = outputs.get(1).copied();
+    let more = outputs.get(2 + usize::from(thickness.is_some())).copied();
     Ok(InterfaceMap {
         front: outputs[0],
         back,
-        depth_range: more.filter(|_| layers == Layers::FarthestBack),
+        depth_range: more.filter(|_| layers == Layers::FarthestBack { depth_range: true }),
+        thickness: outputs.get(2).copied().filter(|_| thickness.is_some()),
         layer_lists: match outputs[1..] {
             [_, lists, layers, cores, ref hulls @ ..] => {
                 Some(LayerLists { lists, layers, cores, hulls: hulls.first().copied() })
             }
             _ => None,
         },
-        tree: None,
+        tree: mapped.tree,
         geometry: *geometry,
     })
 }

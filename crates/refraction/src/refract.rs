@@ -9,7 +9,8 @@ use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    InterfaceMap, LISTED_TILES, Method, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels, tile_threads,
+    InterfaceMap, LISTED_TILES, Method, NormalDistance, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels,
+    tile_threads,
 };
 
 /// The optical constants of a body.
@@ -74,7 +75,9 @@ impl Method {
     /// The shader module that finds the second interface.
     fn module(self) -> &'static str {
         match self {
-            Self::Sir => "refraction::methods::sir",
+            // The picture's texels have no second interface either.
+            Self::Sir | Self::Screen => "refraction::methods::sir",
+            Self::Isr => "refraction::methods::isr",
             Self::Dir => "refraction::methods::dir",
             Self::Newton => "refraction::methods::newton",
             Self::Walk | Self::Layers => "refraction::methods::layers",
@@ -84,12 +87,17 @@ impl Method {
 }
 
 /// The shader of a root module that imports `package::refraction::path`, with these settings' method in place.
-pub fn traced(root: &'static str, refraction: &Refraction) -> ShaderSpec {
+///
+/// `thickness` is whether the maps have it ([`InterfaceMap::thickness`]).
+pub fn traced(root: &'static str, refraction: &Refraction, thickness: bool) -> ShaderSpec {
     ShaderSpec::new(root)
         .alias("refraction::method", refraction.method.module())
+        .feature("thickness", thickness)
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
         .feature("tree", refraction.method.traces())
+        .feature("view_distance", refraction.normal_distance == NormalDistance::View)
+        .feature("uncorrected", refraction.uncorrected)
 }
 
 /// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads.
@@ -123,6 +131,9 @@ pub fn with_maps(
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles);
+    }
+    if let Some(thickness) = map.thickness {
+        pass = pass.input("thickness_map", thickness);
     }
     if let Some(tree) = map.tree {
         pass =
@@ -195,7 +206,8 @@ pub fn refract(
     environment: Output,
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
-    let spec = traced("refraction::refract", request.refraction)
+    let spec = traced("refraction::refract", request.refraction, map.thickness.is_some())
+        .feature("screen", request.refraction.method == Method::Screen)
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -255,7 +267,9 @@ mod tests {
             .map(|(tir, interfaces)| with(tir, interfaces))
         });
         for refraction in combinations {
-            let shader = Shader::link(&traced("refraction::refract", &refraction)).unwrap();
+            let spec = traced("refraction::refract", &refraction, refraction.bakes())
+                .feature("screen", refraction.method == Method::Screen);
+            let shader = Shader::link(&spec).unwrap();
             check_uniform_layout!(
                 shader,
                 "Search",

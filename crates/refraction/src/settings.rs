@@ -9,6 +9,11 @@ use crate::{Hierarchy, Layers};
 pub enum Method {
     /// Single interface: the first refracted direction indexes the environment (Oliveira & Brauwers, section 4).
     Sir,
+    /// What the picture shows behind the glass, looked up aside by the normal where the glass's mask allows it (Sousa, GPU Gems 2,
+    /// chapter 19).
+    Screen,
+    /// The distance to the second interface guessed from two others ([`NormalDistance`]; Wyman, eq. 6.3.1).
+    Isr,
     /// Conservative binary search against the farthest back surface (Oliveira & Brauwers, corrected).
     Dir,
     /// Bracketed tangent-plane Newton on the nearest back surface.
@@ -25,12 +30,15 @@ pub enum Method {
 
 impl Method {
     /// Every method there is, in the order of the table.
-    pub const ALL: [Self; 6] = [Self::Sir, Self::Dir, Self::Newton, Self::Walk, Self::Layers, Self::Exact];
+    pub const ALL: [Self; 8] =
+        [Self::Sir, Self::Screen, Self::Isr, Self::Dir, Self::Newton, Self::Walk, Self::Layers, Self::Exact];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Sir => "sir",
+            Self::Screen => "screen",
+            Self::Isr => "isr",
             Self::Dir => "dir",
             Self::Newton => "newton",
             Self::Walk => "walk",
@@ -103,6 +111,53 @@ impl Interfaces {
     }
 }
 
+/// What [`Method::Isr`] takes for d_N, the way from the first interface along its inward normal to the second (Wyman, eq. 6.3.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NormalDistance {
+    /// Traced from every vertex of the rest pose, once; 0 for a body that deforms.
+    Baked,
+    /// 0.
+    Zero,
+    /// Nothing: the way along the viewer's ray, d_V, is all there is.
+    View,
+}
+
+impl NormalDistance {
+    /// All there are.
+    pub const ALL: [Self; 3] = [Self::Baked, Self::Zero, Self::View];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Baked => "baked",
+            Self::Zero => "zero",
+            Self::View => "view",
+        }
+    }
+}
+
+/// Which back surface [`Method::Isr`] takes for the second interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum BackSurface {
+    /// The next one behind the front.
+    Nearest,
+    /// The last.
+    Farthest,
+}
+
+impl BackSurface {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Nearest, Self::Farthest];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nearest => "nearest",
+            Self::Farthest => "farthest",
+        }
+    }
+}
+
 /// A name that stands in no table.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no {what} `{name}`; choose one of: {choices}")]
@@ -140,6 +195,8 @@ macro_rules! named {
 named!(Method, "refraction method");
 named!(TirPolicy, "TIR policy");
 named!(Interfaces, "number of interfaces");
+named!(NormalDistance, "distance along the normal");
+named!(BackSurface, "back surface");
 
 /// Everything about refraction that a frame may choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -155,12 +212,20 @@ pub struct Refraction {
     pub interfaces: Interfaces,
     /// Whether the first interface also reflects, Fresnel-weighted.
     pub reflection: bool,
+    /// Of `isr`.
+    pub normal_distance: NormalDistance,
+    /// Of `isr`.
+    pub back_surface: BackSurface,
+    /// `dir` as its paper prints it: the start of the search is neither tested nor held behind the first interface, and the
+    /// normal is that of the last texel probed, not of the point arrived at.
+    pub uncorrected: bool,
 }
 
 impl Refraction {
     /// Whether paths are followed on from the second interface.
     pub(crate) fn follows(self) -> bool {
-        self.method != Method::Sir && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
+        !matches!(self.method, Method::Sir | Method::Screen)
+            && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
     }
 
     /// Whether light is followed that enters the body again.
@@ -168,11 +233,29 @@ impl Refraction {
         self.interfaces == Interfaces::All && self.method.follows_all()
     }
 
+    /// Whether it asks for the body's baked thickness.
+    pub fn bakes(self) -> bool {
+        self.method == Method::Isr && self.normal_distance == NormalDistance::Baked
+    }
+
+    /// What tells this form of its method from others, in words of the command line; empty for methods of one form.
+    pub fn variant(self) -> Vec<&'static str> {
+        match self.method {
+            Method::Isr => vec![self.normal_distance.name(), self.back_surface.name()],
+            Method::Dir if self.uncorrected => vec!["uncorrected"],
+            _ => Vec::new(),
+        }
+    }
+
     /// The layers that the maps of bodies need.
     pub fn layers(&self) -> Layers {
         match self.method {
-            Method::Sir | Method::Newton | Method::Exact => Layers::NearestBack,
-            Method::Dir => Layers::FarthestBack,
+            Method::Sir | Method::Screen | Method::Newton | Method::Exact => Layers::NearestBack,
+            Method::Isr => match self.back_surface {
+                BackSurface::Nearest => Layers::NearestBack,
+                BackSurface::Farthest => Layers::FarthestBack { depth_range: false },
+            },
+            Method::Dir => Layers::FarthestBack { depth_range: true },
             Method::Layers if self.reenters() => Layers::All(Hierarchy::CoresAndHulls),
             Method::Walk | Method::Layers => Layers::All(Hierarchy::Cores),
         }
@@ -187,6 +270,9 @@ impl Default for Refraction {
             tir: TirPolicy::Reflect,
             interfaces: Interfaces::Two,
             reflection: true,
+            normal_distance: NormalDistance::Baked,
+            back_surface: BackSurface::Farthest,
+            uncorrected: false,
         }
     }
 }

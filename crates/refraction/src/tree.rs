@@ -1,5 +1,6 @@
 //! A hierarchy of boxes over a body's triangles: built once, from its rest pose, and refitted to every pose by the GPU.
 
+use encase::ShaderType;
 use glam::{DVec3, Vec3A};
 use murano_animation::DeformedGeometry;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, Leaf, ShaderSpec, Work};
@@ -67,7 +68,7 @@ impl TriangleTree {
         }
     }
 
-    /// Adds the pass `refit:instance`.
+    /// Adds the pass `name:instance` that refits the boxes.
     ///
     /// # Errors
     /// [`GpuError`] if the shader or the plan is defective.
@@ -75,14 +76,14 @@ impl TriangleTree {
         &self,
         gpu: &Gpu,
         plan: &mut Plan<Work>,
-        instance: u32,
+        (name, instance): (&'static str, u32),
         geometry: &DeformedGeometry,
     ) -> Result<RefittedTree, GpuError> {
         let shader = gpu.shader(&ShaderSpec::new("refraction::refit"))?;
         let [children, order, heights] =
             self.buffers.each_ref().map(|(name, stamp, leaf)| plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         let nodes: u32 = self.heights.iter().sum();
-        let mut pass = ComputePass::new("refit", instance)
+        let mut pass = ComputePass::new(name, instance)
             .input("tree_children", children)
             .input("tree_order", order)
             .input("tree_heights", heights)
@@ -96,6 +97,41 @@ impl TriangleTree {
         let outputs = pass.add_to(plan)?;
         Ok(RefittedTree { children, order, boxes: outputs[0] })
     }
+}
+
+#[derive(ShaderType)]
+struct ThicknessParams {
+    vertex_count: u32,
+    scale: f32,
+}
+
+/// Adds the pass `thickness:instance`: for each vertex, `f32`, how far it is along the inward normal to the far side, times
+/// `scale`; 0 where there is none (Wyman's d_N).
+///
+/// # Errors
+/// [`GpuError`] if the shader or the plan is defective.
+pub fn thickness(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    instance: u32,
+    geometry: &DeformedGeometry,
+    tree: &RefittedTree,
+    scale: f64,
+) -> Result<Output, GpuError> {
+    let shader = gpu.shader(&ShaderSpec::new("refraction::thickness").feature("tree", true))?;
+    let params = ThicknessParams { vertex_count: geometry.vertex_count as u32, scale: scale as f32 };
+    let outputs = ComputePass::new("thickness", instance)
+        .value("params", &params)
+        .input("mesh_positions", geometry.positions)
+        .input("mesh_normals", geometry.normals)
+        .input("mesh_triangles", geometry.triangles)
+        .input("tree_children", tree.children)
+        .input("tree_order", tree.order)
+        .input("tree_boxes", tree.boxes)
+        .output("thickness", 4 * geometry.vertex_count as u64)
+        .dispatch(&shader, "main", Groups::linear(geometry.vertex_count, 64))
+        .add_to(plan)?;
+    Ok(outputs[0])
 }
 
 /// Of boxes that are all the same the library makes a chain as deep as they are many, so that no two may be. What boxes
@@ -187,6 +223,8 @@ impl obvhs::Boundable for Boxed {
 
 #[cfg(test)]
 mod tests {
+    use murano_gpu::{Shader, check_uniform_layout};
+
     use super::*;
 
     /// Everything under a child, and how many nodes a path to it goes through at most.
@@ -244,6 +282,12 @@ mod tests {
         let tree = TriangleTree::build(&points, &vec![[0, 1, 2]; 5000]);
         // A third of what `tree.wesl` can put by.
         assert!(tree.heights.len() <= 21, "{:?}", tree.heights);
+    }
+
+    #[test]
+    fn shader_and_rust_agree_on_layouts() {
+        let shader = Shader::link(&ShaderSpec::new("refraction::thickness").feature("tree", true)).unwrap();
+        check_uniform_layout!(shader, "Params", ThicknessParams { vertex_count: 1, scale: 2.0 }).unwrap();
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::{DVec3, Vec4};
-use murano_animation::{Geometry, GeometryError, GeometryLeaves, Pose, deform_f64, shown_primitives};
+use murano_animation::{Geometry, GeometryError, GeometryLeaves, Instance, Pose, deform_f64, shown_primitives};
 use murano_gpu::Leaf;
 use murano_refraction::{Glass, TriangleTree};
 use murano_scene::{Local, Material, Mesh, Node, NodeIndex, Primitive, Scene, Transform};
@@ -24,6 +24,17 @@ pub(crate) struct Body {
 }
 
 impl Body {
+    /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
+    pub(crate) fn rigid_scale(&self, scene: &Scene, pose: &Pose) -> Option<f64> {
+        let first = self.geometry.instances.first()?;
+        let follows_node = |instance: &Instance| instance.palette.len() == 1 && instance.weights.is_empty();
+        let rigid =
+            self.geometry.instances.iter().all(|instance| instance.node == first.node && follows_node(instance));
+        let volume = |pose: &Pose| pose.world_from_node[first.node].determinant().abs();
+        let ratio = volume(pose) / volume(&Pose::rest(scene));
+        (rigid && ratio.is_finite()).then(|| ratio.cbrt())
+    }
+
     /// The hierarchy of its triangles, from the rest pose: what was rendered before must not show.
     pub(crate) fn tree(&self, scene: &Scene) -> &TriangleTree {
         self.tree.get_or_init(|| {

@@ -6,8 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::CausticMap;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, RefittedTree, RefractRequest, Viewpoint, interface_map,
-    over_listed_tiles, rasterise, refract, texels, tile_threads,
+    Glass, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Viewpoint, interface_map, over_listed_tiles,
+    rasterise, refract, texels, thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
@@ -96,14 +96,15 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     Ok(Planned { plan, origin, picture, colour: layered.colour, paths, light_layers, accounts })
 }
 
+/// Added to the instance of passes over a body at rest.
+const RESTING: u32 = 1 << 31;
+
 /// A glass body in this frame.
 pub(crate) struct PosedBody {
     pub(crate) index: u32,
     pub(crate) glass: Glass,
-    pub(crate) deformed: DeformedGeometry,
+    pub(crate) mapped: Mapped,
     pub(crate) bounds: Bounds,
-    /// Its hierarchy, for methods that trace it.
-    pub(crate) tree: Option<RefittedTree>,
 }
 
 /// Farthest first.
@@ -165,11 +166,29 @@ impl FramePlan<'_> {
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
-            let traced = self.request.refraction.method.traces();
-            let tree = traced.then(|| body.tree(self.stock.scene).refit(self.stock.gpu, plan, index, &deformed));
-            bodies.push(PosedBody { index, glass: body.glass, deformed, bounds: *bounds, tree: tree.transpose()? });
+            let mut mapped = Mapped::from(deformed);
+            if self.request.refraction.method.traces() {
+                let tree = body.tree(self.stock.scene);
+                mapped.tree = Some(tree.refit(self.stock.gpu, plan, ("refit", index), &deformed)?);
+            }
+            if self.request.refraction.bakes()
+                && let Some(scale) = body.rigid_scale(self.stock.scene, pose)
+            {
+                mapped.thickness = Some(self.bake_thickness(plan, index, body, scale)?);
+            }
+            bodies.push(PosedBody { index, glass: body.glass, mapped, bounds: *bounds });
         }
         Ok(bodies)
+    }
+
+    /// How thick a rigid body is behind each vertex, from its rest pose: no pose is among what it depends on.
+    fn bake_thickness(&self, plan: &mut Plan<Work>, index: u32, body: &Body, scale: f64) -> Result<Output, GpuError> {
+        let Stock { gpu, scene, .. } = *self.stock;
+        let rest = Pose::rest(scene);
+        let origin = body.geometry.posed_bounds(&rest).center();
+        let deformed = body.leaves.deform(gpu, plan, RESTING | index, &body.geometry, &rest, origin)?;
+        let tree = body.tree(scene).refit(gpu, plan, ("refit", RESTING | index), &deformed)?;
+        thickness(gpu, plan, index, &deformed, &tree, scale)
     }
 
     /// Opaque things, lit by the environment, before it where there is nothing.
@@ -227,12 +246,11 @@ impl FramePlan<'_> {
         let refraction = &self.request.refraction;
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
-        let map = interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, layers)?;
-        let map = InterfaceMap { tree: body.tree, ..map };
-        let farthest = layers == Layers::FarthestBack;
+        let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
+        let farthest = matches!(layers, Layers::FarthestBack { .. });
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
-            interface_map(self.stock.gpu, plan, key, &body.deformed, &self.eye, self.origin, Layers::NearestBack)?.back
+            interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, Layers::NearestBack)?.back
         } else {
             None
         };

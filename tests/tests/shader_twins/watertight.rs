@@ -97,7 +97,7 @@ impl Surface {
 
 /// Depth of the front and the back layer at each texel, 0 where there is nothing.
 fn depths(plan: &mut Plan<Work>, geometry: &DeformedGeometry, viewpoint: &Viewpoint, layers: Layers) -> [Vec<f32>; 2] {
-    let map = interface_map(&GPU, plan, ("watertight", 0), geometry, viewpoint, DVec3::ZERO, layers)
+    let map = interface_map(&GPU, plan, ("watertight", 0), &(*geometry).into(), viewpoint, DVec3::ZERO, layers)
         .unwrap_or_else(|error| panic!("{error}"));
     let targets = [map.front, map.back.expect("two layers")];
     let executed =
@@ -167,7 +167,9 @@ fn a_ball_has_no_hole() {
     for surface in [Surface::even(48, 23), Surface::even(900, 3), Surface::uneven()] {
         let inner = surface.inner_radius() * (1.0 - 1e-4);
         assert!(inner > 0.5, "{inner}");
-        for (scale, layers) in [(1e-6, Layers::NearestBack), (1.0, Layers::FarthestBack), (1e6, Layers::NearestBack)] {
+        for (scale, layers) in
+            [(1e-6, Layers::NearestBack), (1.0, Layers::FarthestBack { depth_range: true }), (1e6, Layers::NearestBack)]
+        {
             for viewpoint in outside(&mut random, scale) {
                 let mut plan = Plan::new();
                 let geometry = surface.deformed(&mut plan, scale);
@@ -268,7 +270,7 @@ fn short_lists_of_layers_are_marked() {
         let mut plan = Plan::new();
         let geometry = stack(count).deformed(&mut plan, 1.0);
         let layers = Layers::All(Hierarchy::Cores);
-        let map = interface_map(&GPU, &mut plan, ("short", 0), &geometry, &viewpoint, DVec3::ZERO, layers)
+        let map = interface_map(&GPU, &mut plan, ("short", 0), &geometry.into(), &viewpoint, DVec3::ZERO, layers)
             .unwrap_or_else(|error| panic!("{error}"));
         let lists = map.layer_lists.expect("asked for").lists;
         let executed =

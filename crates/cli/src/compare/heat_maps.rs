@@ -9,6 +9,7 @@ use murano_metrics::{
     irradiance::IrradianceMap,
     scale::{Scale, Scaling},
 };
+use murano_refraction::Refraction;
 
 use crate::{
     bench::angle_map,
@@ -21,7 +22,8 @@ use crate::{
 /// # Errors
 /// If the folder cannot be written to.
 pub fn write_refraction(folder: &Path, size: [u32; 2], truth: &Truth, trial: &RefractionTrial) -> Result<()> {
-    let name = format!("{}_{}", trial.refraction.method, trial.refraction.steps);
+    let Refraction { method, steps, .. } = trial.refraction;
+    let name = [&[method.name(), &steps.to_string()], &trial.refraction.variant()[..]].concat().join("_");
     if let Some(picture) = truth.picture() {
         write_picture(&folder.join("truth.png"), picture)?;
     }

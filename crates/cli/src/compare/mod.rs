@@ -39,7 +39,7 @@ enum Reference {
 /// 95 % of the light.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
-    murano compare assets/bumpy.glb --methods sir,dir,newton,layers\n  \
+    murano compare assets/bumpy.glb --methods sir,isr:baked,isr:view,dir,newton,layers,exact\n  \
     murano compare fox.glb --glass --time 0.4 --methods dir:5,dir:12,newton --heatmap out/heat\n  \
     murano compare assets/bumpy.glb --methods splat:128,splat:512\n  \
     murano compare assets/sphere.glb --methods newton --threshold 0.05 --json")]
@@ -49,8 +49,8 @@ pub struct Arguments {
     #[command(flatten)]
     adapter: AdapterOption,
 
-    /// Methods of refraction and of caustics; after a colon, steps or photons a side where they are to differ from --steps
-    /// and --photons [default: --method, or all of refraction]
+    /// Methods of refraction and of caustics; after colons what is to differ from the options: steps (dir:12) or photons a side
+    /// (splat:256), the form of isr (isr:view:nearest), dir:uncorrected [default: --method, or all of refraction]
     #[arg(long, value_name = "A,B:NUMBER,...", value_delimiter = ',', help_heading = "Comparison")]
     methods: Vec<MethodChoice>,
     /// What counts as the truth
@@ -199,9 +199,7 @@ impl Arguments {
         let (mut refractions, mut caustics) = (Vec::new(), Vec::new());
         for choice in &self.methods {
             match *choice {
-                MethodChoice::Refraction(method, steps) => {
-                    refractions.push(Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual });
-                }
+                MethodChoice::Refraction(choice) => refractions.push(choice.of(usual)),
                 MethodChoice::Caustics(method, photons) => {
                     let usual = self.shot.caustics();
                     caustics.push(Caustics { method, photons: photons.unwrap_or(usual.photons), ..usual });

@@ -12,6 +12,9 @@ use crate::{
 #[derive(Serialize)]
 pub struct RefractionRow {
     method: &'static str,
+    /// Words that tell this form of the method from others.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    variant: Vec<&'static str>,
     steps: u32,
     /// Pixels over which the angles are taken: truth and method both left.
     compared: usize,
@@ -20,6 +23,8 @@ pub struct RefractionRow {
     p95_deg: f64,
     p99_deg: f64,
     max_deg: f64,
+    /// Part of the compared pixels that are off by more than one degree.
+    over_1_deg: f64,
     /// Over the body's diameter.
     p2_mean: f64,
     wrong_status: f64,
@@ -45,6 +50,7 @@ impl RefractionRow {
         let gpu = trial.timing.of_passes(&GLASS_PASSES);
         Self {
             method: trial.refraction.method.name(),
+            variant: trial.refraction.variant(),
             steps: trial.refraction.steps,
             compared: paths.compared,
             mean_deg: paths.mean_deg,
@@ -52,6 +58,7 @@ impl RefractionRow {
             p95_deg: paths.p95_deg,
             p99_deg: paths.p99_deg,
             max_deg: paths.max_deg,
+            over_1_deg: paths.over_1_deg,
             p2_mean: paths.p2_mean,
             wrong_status: paths.wrong_status,
             invalid: paths.invalid,
@@ -80,7 +87,7 @@ impl RefractionRow {
     }
 
     /// Headings, and a line of cells a row.
-    pub fn cells(rows: &[Self]) -> ([&'static str; 14], Vec<Vec<String>>) {
+    pub fn cells(rows: &[Self]) -> ([&'static str; 15], Vec<Vec<String>>) {
         let headings = [
             "method",
             "steps",
@@ -88,6 +95,7 @@ impl RefractionRow {
             "p50 °",
             "p95 °",
             "max °",
+            ">1° %",
             "p2/diam",
             "wrong %",
             "invalid %",
@@ -102,12 +110,13 @@ impl RefractionRow {
             |value: Option<f64>, digits: usize| value.map_or_else(|| "-".into(), |value| format!("{value:.digits$}"));
         let line = |row: &Self| {
             vec![
-                row.method.into(),
+                [&[row.method], &row.variant[..]].concat().join(" "),
                 row.steps.to_string(),
                 small(row.mean_deg),
                 small(row.p50_deg),
                 small(row.p95_deg),
                 format!("{:.2}", row.max_deg),
+                format!("{:.2}", 100.0 * row.over_1_deg),
                 format!("{:.2e}", row.p2_mean),
                 format!("{:.3}", 100.0 * row.wrong_status),
                 format!("{:.3}", 100.0 * row.invalid),
@@ -121,9 +130,9 @@ impl RefractionRow {
         (headings, rows.iter().map(line).collect())
     }
 
-    /// Method and steps.
+    /// Method, steps and variant, as `--methods` reads them.
     pub fn label(&self) -> String {
-        format!("{}:{}", self.method, self.steps)
+        [&[self.method, &self.steps.to_string()], &self.variant[..]].concat().join(":")
     }
 }
 

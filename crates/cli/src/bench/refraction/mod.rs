@@ -142,9 +142,7 @@ impl Arguments {
     fn chosen(&self) -> Result<Vec<Refraction>> {
         let usual = Refraction::default();
         let refraction = |choice: &MethodChoice| match *choice {
-            MethodChoice::Refraction(method, steps) => {
-                Ok(Refraction { method, steps: steps.unwrap_or(usual.steps), ..usual })
-            }
+            MethodChoice::Refraction(choice) => Ok(choice.of(usual)),
             MethodChoice::Caustics(..) => {
                 bail!("--methods of `bench refraction` are methods of refraction; see `murano bench caustics`")
             }

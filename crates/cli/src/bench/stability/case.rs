@@ -106,6 +106,8 @@ impl MethodLimits {
     pub fn of(&self, method: Method) -> Limits {
         match method {
             Method::Sir => self.sir,
+            // Guesses have no bounds on their angles; but they must be numbers.
+            Method::Screen | Method::Isr => Limits::NONE,
             Method::Dir => self.dir,
             Method::Newton | Method::Walk | Method::Layers => self.newton,
             Method::Exact => Limits::EXACT,
