@@ -388,7 +388,7 @@ fn sun() -> PlacedLight {
 
 #[test]
 fn a_turn_that_keeps_the_bounding_box_is_seen() {
-    let world = turning_tetrahedron();
+    let world = thin_tetrahedron();
     let scene = &world.scene;
     let bounds = |time: f64| {
         let geometry = murano_animation::Geometry::build(scene, &murano_animation::shown_primitives(scene));

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
-use murano_refraction::{BackSurface, Interfaces, Method, NormalDistance, Refraction, TirPolicy};
+use murano_refraction::{BackSurface, Interfaces, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy};
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
 
@@ -57,6 +57,9 @@ pub struct ShotOptions {
     /// Index of refraction of all glass
     #[arg(long, value_name = "N", value_parser = values::index_of_refraction, help_heading = "Scene")]
     ior: Option<f64>,
+    /// Dispersion of all glass: 20 over the Abbe number, 0 for none (crown glass .34, flint .56, diamond .36)
+    #[arg(long, value_name = "X", value_parser = values::not_negative, help_heading = "Scene")]
+    dispersion: Option<f64>,
     /// Light from far away: an equirectangular file (.hdr, .exr)
     #[arg(long, value_name = "FILE|none", value_parser = values::environment(), help_heading = "Scene")]
     env: Option<EnvironmentChoice>,
@@ -104,6 +107,12 @@ pub struct ShotOptions {
         help_heading = "Glass"
     )]
     isr_back: Option<BackSurface>,
+    /// Wavelengths in which glass that disperses is seen; 1 switches dispersion off [default: 8]
+    #[arg(
+        long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_WAVELENGTHS)),
+        help_heading = "Glass"
+    )]
+    wavelengths: Option<u32>,
     /// dir: as its paper prints it, errors included
     #[arg(long, help_heading = "Glass")]
     uncorrected: bool,
@@ -163,6 +172,7 @@ impl ShotOptions {
             shot.glass.bodies = GlassBodies::All;
         }
         shot.glass.ior = self.ior.or(shot.glass.ior);
+        shot.glass.dispersion = self.dispersion.map(|value| value as f32).or(shot.glass.dispersion);
         if let Some(environment) = &self.env {
             shot.environment = environment.clone();
         }
@@ -233,6 +243,7 @@ impl ShotOptions {
             normal_distance: self.isr_distance.unwrap_or(default.refraction.normal_distance),
             back_surface: self.isr_back.unwrap_or(default.refraction.back_surface),
             uncorrected: self.uncorrected,
+            wavelengths: self.wavelengths.unwrap_or(default.refraction.wavelengths),
         };
         let off = self.caustics == Some(CausticsChoice(None));
         let caustics = (!off).then(|| self.caustics());

@@ -128,6 +128,12 @@ pub fn positive(text: &str) -> Result<f64, String> {
     if number > 0.0 { Ok(number) } else { Err(format!("`{text}` must be greater than 0")) }
 }
 
+/// A number that is not below zero.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    let number = number(text)?;
+    if number >= 0.0 { Ok(number) } else { Err(format!("`{text}` must not be negative")) }
+}
+
 /// An index of refraction.
 pub fn index_of_refraction(text: &str) -> Result<f64, String> {
     let number = number(text)?;

@@ -29,6 +29,7 @@ mod fresnel;
 mod ior;
 mod octahedral;
 mod snell;
+mod spectrum;
 
 pub use absorption::{absorption_coefficient, beer_lambert};
 pub use dispersion::{FRAUNHOFER_C, FRAUNHOFER_D, FRAUNHOFER_F, abbe_number, dispersed_ior};
@@ -36,3 +37,4 @@ pub use fresnel::{fresnel_dielectric, fresnel_unpolarised, pair_transmittance};
 pub use ior::{InvalidIor, Ior};
 pub use octahedral::{octahedral_decode, octahedral_encode, octahedral_pack, octahedral_unpack};
 pub use snell::{Refracted, critical_clamp, reflected, snell};
+pub use spectrum::{SpectralSample, visible_spectrum};

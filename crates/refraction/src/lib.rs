@@ -12,7 +12,9 @@ mod viewpoint;
 
 pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, interface_map, rasterise};
 pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, refract, traced, with_maps};
-pub use settings::{BackSurface, Interfaces, Method, NormalDistance, Refraction, TirPolicy, UnknownName};
+pub use settings::{
+    BackSurface, Interfaces, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy, UnknownName,
+};
 pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
 pub use tree::{RefittedTree, TriangleTree, thickness};
 pub use viewpoint::{Viewpoint, ViewpointUniform};

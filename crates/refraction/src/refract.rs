@@ -4,13 +4,13 @@ use encase::ShaderType;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use murano_animation::Bounds;
 use murano_gpu::{ComputePass, Gpu, GpuError, ShaderSpec, Work};
-use murano_optics::absorption_coefficient;
+use murano_optics::{Ior, absorption_coefficient, dispersed_ior, visible_spectrum};
 use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    InterfaceMap, LISTED_TILES, Method, NormalDistance, Refraction, TirPolicy, Viewpoint, over_listed_tiles, texels,
-    tile_threads,
+    InterfaceMap, LISTED_TILES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy, Viewpoint,
+    over_listed_tiles, texels, tile_threads,
 };
 
 /// The optical constants of a body.
@@ -22,6 +22,8 @@ pub struct Glass {
     pub absorption: [f32; 3],
     /// Factor on what is transmitted, linear RGB.
     pub tint: [f32; 3],
+    /// 20 over the Abbe number (KHR_materials_dispersion); `ior` is the index at the Fraunhofer d line.
+    pub dispersion: f64,
 }
 
 impl Glass {
@@ -38,6 +40,7 @@ impl Glass {
             .as_vec3()
             .to_array(),
             tint: (material.base_color.truncate() * material.transmission).to_array(),
+            dispersion: f64::from(material.dispersion),
         }
     }
 
@@ -62,6 +65,32 @@ struct Params {
     tint: Vec3,
     reflection: f32,
     object: u32,
+}
+
+/// Wavelengths and what each adds to the picture.
+#[derive(ShaderType)]
+struct Spectrum {
+    count: u32,
+    /// RGB weight; w: index of refraction.
+    samples: [Vec4; MOST_WAVELENGTHS as usize],
+}
+
+impl Spectrum {
+    /// `None` where all wavelengths go the same way.
+    fn of(glass: &Glass, refraction: &Refraction) -> Option<Self> {
+        let n_d = Ior::new(glass.ior).ok().filter(|_| glass.dispersion > 0.0)?;
+        let count = refraction.wavelengths.min(MOST_WAVELENGTHS);
+        // What is thinner than its surroundings has no formula, and the picture only one colour of each texel.
+        if count <= 1 || glass.ior <= 1.0 || refraction.method == Method::Screen {
+            return None;
+        }
+        let mut samples = [Vec4::ZERO; MOST_WAVELENGTHS as usize];
+        for (sample, band) in samples.iter_mut().zip(visible_spectrum(count as usize)) {
+            let ior = dispersed_ior(n_d, glass.dispersion, band.wavelength).get();
+            *sample = DVec3::from(band.weight).extend(ior).as_vec4();
+        }
+        Some(Self { count, samples })
+    }
 }
 
 #[derive(ShaderType)]
@@ -206,8 +235,10 @@ pub fn refract(
     environment: Output,
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
+    let spectrum = Spectrum::of(request.glass, request.refraction);
     let spec = traced("refraction::refract", request.refraction, map.thickness.is_some())
         .feature("screen", request.refraction.method == Method::Screen)
+        .feature("dispersive", spectrum.is_some())
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -235,6 +266,9 @@ pub fn refract(
         .output("colour", 16 * count)
         .output("cover", 4 * count);
     let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
+    if let Some(spectrum) = &spectrum {
+        pass = pass.value("spectrum", spectrum);
+    }
     if let Some(inside_map) = request.inside_map {
         pass = pass.input("inside_map", inside_map);
     }
@@ -268,8 +302,13 @@ mod tests {
         });
         for refraction in combinations {
             let spec = traced("refraction::refract", &refraction, refraction.bakes())
-                .feature("screen", refraction.method == Method::Screen);
+                .feature("screen", refraction.method == Method::Screen)
+                .feature("dispersive", refraction.method != Method::Screen);
             let shader = Shader::link(&spec).unwrap();
+            if refraction.method != Method::Screen {
+                let samples = std::array::from_fn(|i| Vec4::splat(i as f32 + 2.0));
+                check_uniform_layout!(shader, "Spectrum", Spectrum { count: 1, samples: samples }).unwrap();
+            }
             check_uniform_layout!(
                 shader,
                 "Search",

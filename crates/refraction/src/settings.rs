@@ -219,7 +219,12 @@ pub struct Refraction {
     /// `dir` as its paper prints it: the start of the search is neither tested nor held behind the first interface, and the
     /// normal is that of the last texel probed, not of the point arrived at.
     pub uncorrected: bool,
+    /// Wavelengths in which a body that disperses is seen, 1 to [`MOST_WAVELENGTHS`]; 1 disperses nothing.
+    pub wavelengths: u32,
 }
+
+/// The most wavelengths that the eye follows.
+pub const MOST_WAVELENGTHS: u32 = 16;
 
 impl Refraction {
     /// Whether paths are followed on from the second interface.
@@ -265,7 +270,7 @@ impl Refraction {
 impl Default for Refraction {
     fn default() -> Self {
         Self {
-            method: Method::Newton,
+            method: Method::Layers,
             steps: 5,
             tir: TirPolicy::Reflect,
             interfaces: Interfaces::Two,
@@ -273,6 +278,7 @@ impl Default for Refraction {
             normal_distance: NormalDistance::Baked,
             back_surface: BackSurface::Farthest,
             uncorrected: false,
+            wavelengths: 8,
         }
     }
 }
