@@ -275,10 +275,19 @@ pub fn refract(
     if request.aov {
         pass = pass.cleared_output("paths", 16 * PATH_ROWS as u64 * count);
     }
-    let outputs = over_listed_tiles(pass, viewpoint.size)
-        .dispatch(&shader, "list", tile_threads(viewpoint.size))
-        .dispatch(&shader, "main", LISTED_TILES)
-        .add_to(plan)?;
+    pass = over_listed_tiles(pass, viewpoint.size).dispatch(&shader, "list", tile_threads(viewpoint.size)).dispatch(
+        &shader,
+        "main",
+        LISTED_TILES,
+    );
+    if request.refraction.follows() {
+        pass = pass
+            .scratch("exits", 16 * count)
+            .scratch("transmitted", 16 * count)
+            .dispatch(&shader, "find_chaos", LISTED_TILES)
+            .dispatch(&shader, "settle", LISTED_TILES);
+    }
+    let outputs = pass.add_to(plan)?;
     Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
 }
 
