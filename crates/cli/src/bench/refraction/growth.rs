@@ -20,12 +20,32 @@ use crate::{
 /// Bands of a ball from pole to pole; around, there are twice as many: 1k to 1M triangles.
 const RINGS: [u32; 6] = [16, 32, 64, 128, 256, 512];
 const SIDES: [u32; 5] = [64, 128, 256, 512, 1024];
+/// Of the ball in the picture, over half of its height.
+const RADII: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 const BODIES: [u32; 4] = [1, 2, 4, 8];
 const STEPS: [u32; 5] = [1, 2, 4, 8, 16];
-const METHODS: [Method; 2] = [Method::Dir, Method::Newton];
+/// Methods whose time depends on their steps.
+const STEPPED: [Method; 2] = [Method::Dir, Method::Newton];
+/// Methods whose growth is measured.
+const GROWN: [Method; 3] = [Method::Newton, Method::Layers, Method::Exact];
 
 /// Measurements in all.
-pub const POINTS: usize = RINGS.len() + SIDES.len() + BODIES.len() + METHODS.len() * STEPS.len();
+pub const POINTS: usize =
+    GROWN.len() * (RINGS.len() + SIDES.len() + RADII.len() + BODIES.len()) + STEPPED.len() * STEPS.len();
+
+/// Full angle of the picture, degrees.
+const FIELD_OF_VIEW: f64 = 40.0;
+/// From the eye to the nearest ball's middle, in its radii, unless that is what changes.
+const DISTANCE: f64 = 3.2;
+
+/// A picture of balls of radius 1.
+struct Case {
+    x: f64,
+    scene: Scene,
+    side: u32,
+    distance: f64,
+    refraction: Refraction,
+}
 
 /// Measures all curves; none on an adapter without timestamps.
 ///
@@ -33,24 +53,37 @@ pub const POINTS: usize = RINGS.len() + SIDES.len() + BODIES.len() + METHODS.len
 /// The device's.
 pub fn measure(gpu: Gpu, runs: usize, progress: &mut Progress) -> Result<Vec<Growth>> {
     let mut bench = Bench { gpu: Some(gpu), runs, progress };
-    let usual = Refraction { method: Method::Newton, ..Refraction::default() };
-    let passes = "eye_map + refract";
-    let triangles = RINGS.map(|rings| (f64::from(triangles(rings)), row_of_balls(rings, 1), 512, usual));
-    let pixels = SIDES.map(|side| (f64::from(side) * f64::from(side), row_of_balls(64, 1), side, usual));
-    let bodies = BODIES.map(|count| (f64::from(count), row_of_balls(64, count), 512, usual));
-    let mut curves = vec![
-        Growth::new("triangles", format!("newton:5, {passes}, 512x512"), bench.points(triangles.into())?),
-        Growth::new(
-            "pixels",
-            format!("newton:5, {passes}, {} triangles", self::triangles(64)),
-            bench.points(pixels.into())?,
-        ),
-        Growth::new("bodies behind one another", format!("newton:5, {passes}, 512x512"), bench.points(bodies.into())?),
-    ];
-    for method in METHODS {
-        let steps =
-            STEPS.map(|steps| (f64::from(steps), row_of_balls(64, 1), 512, Refraction { method, steps, ..usual }));
-        curves.push(Growth::new("steps", format!("{method}, {passes}, 512x512"), bench.points(steps.into())?));
+    let passes = GLASS_PASSES.join(" + ");
+    let mut curves = Vec::new();
+    let few = triangles(64);
+    for method in GROWN {
+        let refraction = Refraction { method, ..Refraction::default() };
+        let usual = |x: f64, scene: Scene| Case { x, scene, side: 512, distance: DISTANCE, refraction };
+        let by_triangles = RINGS.map(|rings| usual(f64::from(triangles(rings)), row_of_balls(rings, 1)));
+        let by_pixels =
+            SIDES.map(|side| Case { side, ..usual(f64::from(side) * f64::from(side), row_of_balls(64, 1)) });
+        let by_coverage = RADII.map(|radius| {
+            let distance = (radius * (0.5 * FIELD_OF_VIEW).to_radians().tan()).atan().sin().recip();
+            let covered = (std::f64::consts::PI * (256.0 * radius).powi(2)).round();
+            Case { distance, ..usual(covered, row_of_balls(64, 1)) }
+        });
+        let by_bodies = BODIES.map(|count| usual(f64::from(count), row_of_balls(64, count)));
+        let mut add = |by: &'static str, of: String, cases: Vec<Case>| -> Result<()> {
+            curves.push(Growth::new(by, format!("{method}, {passes}, {of}"), bench.points(cases)?));
+            Ok(())
+        };
+        add("triangles", "512x512".into(), by_triangles.into())?;
+        add("pixels of the picture", format!("{few} triangles"), by_pixels.into())?;
+        add("pixels of glass", format!("512x512, {few} triangles"), by_coverage.into())?;
+        add("bodies behind one another", "512x512".into(), by_bodies.into())?;
+    }
+    for method in STEPPED {
+        let case = |steps: u32| {
+            let refraction = Refraction { method, steps, ..Refraction::default() };
+            Case { x: f64::from(steps), scene: row_of_balls(64, 1), side: 512, distance: DISTANCE, refraction }
+        };
+        let points = bench.points(STEPS.map(case).into())?;
+        curves.push(Growth::new("steps", format!("{method}, {passes}, 512x512"), points));
     }
     curves.retain(|curve| !curve.points.is_empty());
     Ok(curves)
@@ -80,18 +113,18 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    fn points(&mut self, cases: Vec<(f64, Scene, u32, Refraction)>) -> Result<Vec<GrowthPoint>> {
-        let point = |(x, scene, side, refraction)| self.point(x, scene, side, refraction).transpose();
-        cases.into_iter().filter_map(point).collect()
+    fn points(&mut self, cases: Vec<Case>) -> Result<Vec<GrowthPoint>> {
+        cases.into_iter().filter_map(|case| self.point(case).transpose()).collect()
     }
 
-    fn point(&mut self, x: f64, scene: Scene, side: u32, refraction: Refraction) -> Result<Option<GrowthPoint>> {
+    fn point(&mut self, case: Case) -> Result<Option<GrowthPoint>> {
+        let Case { x, scene, side, distance, refraction } = case;
         let world = World { scene, environment: None, floor: None };
         let request = FrameRequest {
             clip: None,
             time: 0.0,
             size: [side, side],
-            view: View::look_at(DVec3::new(0.0, 0.0, 3.2), DVec3::ZERO, 40_f64.to_radians()),
+            view: View::look_at(DVec3::new(0.0, 0.0, distance), DVec3::ZERO, FIELD_OF_VIEW.to_radians()),
             lights: Vec::new(),
             refraction,
             caustics: None,
