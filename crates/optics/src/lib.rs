@@ -30,6 +30,7 @@ mod ior;
 mod octahedral;
 mod snell;
 mod spectrum;
+mod table;
 
 pub use absorption::{absorption_coefficient, beer_lambert};
 pub use dispersion::{FRAUNHOFER_C, FRAUNHOFER_D, FRAUNHOFER_F, abbe_number, dispersed_ior};
@@ -38,3 +39,4 @@ pub use ior::{InvalidIor, Ior};
 pub use octahedral::{octahedral_decode, octahedral_encode, octahedral_pack, octahedral_unpack};
 pub use snell::{Refracted, critical_clamp, reflected, snell};
 pub use spectrum::{SpectralSample, visible_spectrum};
+pub use table::RefractionTable;
