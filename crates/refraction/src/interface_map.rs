@@ -47,6 +47,8 @@ pub struct InterfaceMap {
     /// `f32` a texel: the way from `front` along its inward normal to the far side, metres; for what has a
     /// [`Mapped::thickness`].
     pub thickness: Option<Output>,
+    /// `u32` a texel: index plus one of the triangle of `front`, 0 for none; for what [`Mapped::shows_triangles`].
+    pub front_triangles: Option<Output>,
     /// As of what is mapped.
     pub tree: Option<RefittedTree>,
     /// As of what is mapped.
@@ -62,11 +64,13 @@ pub struct Mapped {
     pub tree: Option<RefittedTree>,
     /// `f32` a vertex: [`crate::thickness`].
     pub thickness: Option<Output>,
+    /// Whether maps with a back tell which triangles they see in front.
+    pub shows_triangles: bool,
 }
 
 impl From<DeformedGeometry> for Mapped {
     fn from(geometry: DeformedGeometry) -> Self {
-        Self { geometry, tree: None, thickness: None }
+        Self { geometry, tree: None, thickness: None, shows_triangles: false }
     }
 }
 
@@ -167,7 +171,10 @@ pub fn interface_map(
 ) -> Result<InterfaceMap, GpuError> {
     let geometry = &mapped.geometry;
     let thickness = mapped.thickness.filter(|_| !matches!(layers, Layers::Nearest | Layers::All(_)));
-    let spec = ShaderSpec::new("refraction::interface_map").feature("thickness", thickness.is_some());
+    let shows_triangles = mapped.shows_triangles && layers != Layers::Nearest;
+    let spec = ShaderSpec::new("refraction::interface_map")
+        .feature("thickness", thickness.is_some())
+        .feature("front_triangles", shows_triangles);
     let resolve = gpu.shader(&spec)?;
     let size = viewpoint.size;
     let count = texels(size);
@@ -184,9 +191,9 @@ pub fn interface_map(
     }
     pass = over_listed_tiles(pass, size);
     let list = tile_threads(size);
-    let outputs =
+    let mut pass =
         match layers {
-            Layers::All(hierarchy) => list_layers(gpu, pass, geometry, size, hierarchy)?,
+            Layers::All(hierarchy) => list_layers(gpu, pass, geometry, size, hierarchy, shows_triangles)?,
             Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
                 .dispatch(&resolve, "list_one", list)
                 .dispatch(&resolve, "one_layer", LISTED_TILES),
@@ -200,8 +207,12 @@ pub fn interface_map(
                 .dispatch(&resolve, "list_two", list)
                 .dispatch(&resolve, "two_layers", LISTED_TILES)
                 .dispatch(&resolve, "reduce", Groups::tiles(size)),
-        }
-        .add_to(plan)?;
+        };
+    if shows_triangles {
+        pass = pass.cleared_output("front_triangles", 4 * count);
+    }
+    let mut outputs = pass.add_to(plan)?;
+    let front_triangles = if shows_triangles { outputs.pop() } else { None };
     let back = outputs.get(1).copied();
     let more = outputs.get(2 + usize::from(thickness.is_some())).copied();
     Ok(InterfaceMap {
@@ -215,6 +226,7 @@ pub fn interface_map(
             }
             _ => None,
         },
+        front_triangles,
         tree: mapped.tree,
         geometry: *geometry,
     })
@@ -231,8 +243,10 @@ fn list_layers(
     geometry: &DeformedGeometry,
     size: [u32; 2],
     hierarchy: Hierarchy,
+    shows_triangles: bool,
 ) -> Result<ComputePass, GpuError> {
-    let shader = gpu.shader(&ShaderSpec::new("refraction::layer_lists"))?;
+    let spec = ShaderSpec::new("refraction::layer_lists").feature("front_triangles", shows_triangles);
+    let shader = gpu.shader(&spec)?;
     let count = texels(size);
     let fragments = (ROOM * count).min(LARGEST_BUFFER / 16);
     let pass = pass

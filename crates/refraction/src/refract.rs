@@ -211,6 +211,8 @@ pub struct RefractRequest<'a> {
     /// The body's nearest back faces (`InterfaceMap::back`), where the method's own map holds others and the eye may be
     /// inside the body.
     pub inside_map: Option<Output>,
+    /// `vec4f` a pixel: linear RGB factor of what its first interface transmits, in place of the glass's own.
+    pub tint: Option<Output>,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -239,6 +241,7 @@ pub fn refract(
     let spec = traced("refraction::refract", request.refraction, map.thickness.is_some())
         .feature("screen", request.refraction.method == Method::Screen)
         .feature("dispersive", spectrum.is_some())
+        .feature("tint_map", request.tint.is_some())
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -266,6 +269,9 @@ pub fn refract(
         .output("colour", 16 * count)
         .output("cover", 4 * count);
     let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
+    if let Some(tint) = request.tint {
+        pass = pass.input("tint_map", tint);
+    }
     if let Some(spectrum) = &spectrum {
         pass = pass.value("spectrum", spectrum);
     }

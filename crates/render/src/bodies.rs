@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use glam::{DVec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use murano_animation::{Geometry, GeometryError, GeometryLeaves, Instance, Pose, deform_f64, shown_primitives};
 use murano_gpu::Leaf;
 use murano_refraction::{Glass, TriangleTree};
@@ -19,11 +19,29 @@ pub(crate) struct Body {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
     pub(crate) glass: Glass,
+    /// What makes its tint, where that is not the same everywhere; `glass.tint` is then the mean of its materials' factors.
+    pub(crate) tint: Option<TintSource>,
     /// Made when a method asks for it.
     tree: OnceLock<TriangleTree>,
 }
 
+/// What the tint of a glass body is sampled from.
+pub(crate) struct TintSource {
+    /// Whether any of its materials has a texture.
+    pub(crate) textured: bool,
+    /// Constant buffers by the names that `render::glass_tint` binds.
+    pub(crate) buffers: Vec<Constant>,
+}
+
+/// A constant buffer: the name that shaders bind it by, its stamp, its content.
+type Constant = (&'static str, Stamp, Leaf);
+
 impl Body {
+    /// Whether light passes as if there were nothing.
+    pub(crate) fn is_invisible(&self) -> bool {
+        self.tint.is_none() && self.glass.is_invisible()
+    }
+
     /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
     pub(crate) fn rigid_scale(&self, scene: &Scene, pose: &Pose) -> Option<f64> {
         let first = self.geometry.instances.first()?;
@@ -51,7 +69,7 @@ pub(crate) struct Opaque {
     /// Whether any material has a texture.
     pub(crate) textured: bool,
     /// Constant buffers by the names the opaque shader binds.
-    pub(crate) buffers: Vec<(&'static str, Stamp, Leaf)>,
+    pub(crate) buffers: Vec<Constant>,
 }
 
 /// Appends a floor to a scene as a node of its own and returns its material.
@@ -70,8 +88,8 @@ pub(crate) fn add_floor(scene: &mut Scene, floor: &Floor) -> usize {
     scene.meshes.push(Mesh {
         name: "floor".into(),
         primitives: vec![Primitive {
-            positions: corners.map(|[x, z]| glam::Vec3::new(x, 0.0, z)).to_vec(),
-            normals: Some(vec![glam::Vec3::Y; 4]),
+            positions: corners.map(|[x, z]| Vec3::new(x, 0.0, z)).to_vec(),
+            normals: Some(vec![Vec3::Y; 4]),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             material: Some(material),
             ..Primitive::default()
@@ -111,33 +129,84 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
     let mut nodes: Vec<NodeIndex> = glass.iter().map(|&(node, _)| node).collect();
     nodes.dedup();
     let by_node = nodes.len() <= MOST_BODIES;
-    // Primitives of one node and of equal optics are one body: a closed surface may be cut into several materials.
+    // Primitives of one node that refract alike are one body: a closed surface may be cut into several materials.
     type Key = (Option<NodeIndex>, Glass);
     let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
     for (node, primitive) in glass {
         let Some(optics) = glass_of(node, primitive) else { continue };
-        let key = (by_node.then_some(node), optics);
+        let key = (by_node.then_some(node), Glass { tint: [1.0; 3], ..optics });
         match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, members)) => members.push((node, primitive)),
             None => groups.push((key, vec![(node, primitive)])),
         }
     }
-    let bodies = groups
-        .into_iter()
-        .map(|((_, glass), members)| {
-            let geometry = Geometry::build(scene, &members)?;
-            Ok(Body { leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
-        })
-        .collect::<Result<Vec<_>, GeometryError>>()?;
-    let geometry = Geometry::build(scene, &opaque)?;
-    Ok((bodies, opaque_of(scene, geometry, floor)))
-}
-
-fn opaque_of(scene: &Scene, geometry: Geometry, floor: Option<(usize, &Floor)>) -> Opaque {
     let mut table = MaterialTable::new(scene);
     if let Some((material, floor)) = floor {
         table.rows[material].fade_radius = floor.half_extent as f32;
     }
+    let shared = material_buffers(&table);
+    let bodies = groups
+        .into_iter()
+        .map(|((_, glass), members)| {
+            let geometry = Geometry::build(scene, &members)?;
+            let used: Vec<&Material> = members
+                .iter()
+                .filter_map(|&(node, primitive)| Some(&scene.materials[material_of(scene, node, primitive)?]))
+                .collect();
+            let (mean, tint) = tint_of(&geometry, &used, &table, &shared);
+            let glass = Glass { tint: mean, ..glass };
+            Ok(Body { tint, leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
+        })
+        .collect::<Result<Vec<_>, GeometryError>>()?;
+    let geometry = Geometry::build(scene, &opaque)?;
+    Ok((bodies, opaque_of(geometry, &table, shared)))
+}
+
+/// The table of materials and its textures, as shaders read them.
+fn material_buffers(table: &MaterialTable) -> [Constant; 3] {
+    [
+        constant("materials", Leaf::of(&table.rows)),
+        constant("texture_slots", Leaf::of(&table.slots)),
+        constant("texels", Leaf::of(&table.texels)),
+    ]
+}
+
+fn constant(name: &'static str, (stamp, leaf): (Stamp, Leaf)) -> Constant {
+    (name, stamp, leaf)
+}
+
+/// The mean of a body's tints, and what they are sampled from unless they are all the same.
+fn tint_of(
+    geometry: &Geometry,
+    materials: &[&Material],
+    table: &MaterialTable,
+    shared: &[Constant; 3],
+) -> ([f32; 3], Option<TintSource>) {
+    let tints: Vec<Vec3> = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).collect();
+    let mean = tints.iter().sum::<Vec3>() / tints.len().max(1) as f32;
+    let textured = materials
+        .iter()
+        .any(|material| material.base_color_texture.is_some() || material.transmission_texture.is_some());
+    let coloured = geometry.colors.iter().any(|[r, g, b, _]| [*r, *g, *b] != [1.0; 3]);
+    if !textured && !coloured && tints.windows(2).all(|pair| pair[0] == pair[1]) {
+        return (tints.first().map_or([1.0; 3], Vec3::to_array), None);
+    }
+    let triangle_materials: Vec<u32> = geometry
+        .triangle_instances
+        .iter()
+        .map(|&instance| table.row_of(geometry.instances[instance as usize].material) as u32)
+        .collect();
+    let mut buffers = vec![
+        constant("texcoords", Leaf::of(&geometry.texcoords)),
+        constant("colors", Leaf::of(&geometry.colors)),
+        constant("triangle_materials", Leaf::of(&triangle_materials)),
+    ];
+    // Textures are bound where they are sampled.
+    buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
+    (mean.to_array(), Some(TintSource { textured, buffers }))
+}
+
+fn opaque_of(geometry: Geometry, table: &MaterialTable, shared: [Constant; 3]) -> Opaque {
     let triangle_materials: Vec<u32> = geometry
         .triangle_instances
         .iter()
@@ -147,14 +216,11 @@ fn opaque_of(scene: &Scene, geometry: Geometry, floor: Option<(usize, &Floor)>) 
             (row as u32 & 0xffff) | (instance & 0x7fff) << 16
         })
         .collect();
-    let buffer = |name, (stamp, leaf)| (name, stamp, leaf);
-    let buffers = vec![
-        buffer("texcoords", Leaf::of(&geometry.texcoords)),
-        buffer("colors", Leaf::of(&geometry.colors)),
-        buffer("triangle_materials", Leaf::of(&triangle_materials)),
-        buffer("materials", Leaf::of(&table.rows)),
-        buffer("texture_slots", Leaf::of(&table.slots)),
-        buffer("texels", Leaf::of(&table.texels)),
+    let mut buffers = vec![
+        constant("texcoords", Leaf::of(&geometry.texcoords)),
+        constant("colors", Leaf::of(&geometry.colors)),
+        constant("triangle_materials", Leaf::of(&triangle_materials)),
     ];
+    buffers.extend(shared);
     Opaque { leaves: GeometryLeaves::new(&geometry), geometry, textured: !table.slots.is_empty(), buffers }
 }

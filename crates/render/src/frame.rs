@@ -14,7 +14,7 @@ use murano_scheduler::{Output, Plan};
 
 use crate::{
     FrameRequest, ToneMap, View,
-    bodies::{Body, Opaque},
+    bodies::{Body, Opaque, TintSource},
     distant::Distant,
 };
 
@@ -71,7 +71,7 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let mut plan = Plan::new();
     let posed: Vec<Bounds> = stock.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
     let opaque_bounds = stock.opaque.geometry.posed_bounds(pose);
-    let visible = stock.bodies.iter().zip(&posed).filter(|(body, _)| !body.glass.is_invisible());
+    let visible = stock.bodies.iter().zip(&posed).filter(|(body, _)| !body.is_invisible());
     let glass_bounds = visible.fold(Bounds::EMPTY, |all, (_, one)| all.union(*one));
     let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
     let eye = eye(&request.view, request.size);
@@ -161,12 +161,13 @@ impl FramePlan<'_> {
     fn deform_bodies(&self, plan: &mut Plan<Work>, pose: &Pose, posed: &[Bounds]) -> Result<Vec<PosedBody>, GpuError> {
         let mut bodies = Vec::new();
         for (index, (body, bounds)) in (0..).zip(self.stock.bodies.iter().zip(posed)) {
-            if body.glass.is_invisible() {
+            if body.is_invisible() {
                 plan.cull("deform", index + 1, "index of refraction 1 and clear: it changes nothing")?;
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let mut mapped = Mapped::from(deformed);
+            mapped.shows_triangles = body.tint.is_some();
             if self.request.refraction.method.traces() {
                 let tree = body.tree(self.stock.scene);
                 mapped.tree = Some(tree.refit(self.stock.gpu, plan, ("refit", index), &deformed)?);
@@ -247,6 +248,8 @@ impl FramePlan<'_> {
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
+        let source = self.stock.bodies[body.index as usize].tint.as_ref();
+        let tint = source.zip(map.front_triangles).map(|(source, seen)| self.glass_tint(plan, body, source, seen));
         let farthest = matches!(layers, Layers::FarthestBack { .. });
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
@@ -264,11 +267,34 @@ impl FramePlan<'_> {
             refraction,
             drawn,
             inside_map,
+            tint: tint.transpose()?,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
         paths.extend(written);
         Ok(layered)
+    }
+
+    /// What a body's first interface transmits of each colour, where that is not the same everywhere.
+    fn glass_tint(
+        &self,
+        plan: &mut Plan<Work>,
+        body: &PosedBody,
+        source: &TintSource,
+        front_triangles: Output,
+    ) -> Result<Output, GpuError> {
+        let shader =
+            self.stock.gpu.shader(&ShaderSpec::new("render::glass_tint").feature("textured", source.textured))?;
+        let mut pass = ComputePass::new("glass_tint", body.index)
+            .value("viewpoint", &self.eye.uniform(self.origin))
+            .input("positions", body.mapped.geometry.positions)
+            .input("triangles", body.mapped.geometry.triangles)
+            .input("front_triangles", front_triangles)
+            .cleared_output("tint", 16 * texels(self.eye.size));
+        for (name, stamp, leaf) in &source.buffers {
+            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
+        }
+        Ok(pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?[0])
     }
 
     /// Filters silhouettes, maps tones, packs sRGB.

@@ -5,7 +5,7 @@ use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
 use murano_caustics::{Cast, Caustics, Lamp, cone_cosines, deposit, emit, light_map_size, receive};
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Layered, Layers, interface_map, texels};
+use murano_refraction::{Layered, Layers, Mapped, interface_map, texels};
 use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
@@ -105,7 +105,8 @@ impl FramePlan<'_> {
         let refraction = &self.request.refraction;
         // A shadow needs no second interface.
         let layers = caustics.map_or(Layers::Nearest, |_| refraction.layers());
-        let map = interface_map(gpu, plan, ("light_map", pair), &body.mapped, &viewpoint, self.origin, layers)?;
+        let mapped = Mapped { shows_triangles: false, ..body.mapped };
+        let map = interface_map(gpu, plan, ("light_map", pair), &mapped, &viewpoint, self.origin, layers)?;
         let cast = Cast {
             instance: pair,
             lamp,

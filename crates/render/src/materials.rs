@@ -6,7 +6,7 @@ use murano_scene::{Material, Scene, TextureRef, Wrap};
 /// Slot number for "no texture".
 const NO_SLOT: u32 = u32::MAX;
 
-/// One material (`render::opaque::MaterialRow`).
+/// One material (`render::material_row::MaterialRow`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct MaterialRow {
@@ -20,7 +20,9 @@ pub(crate) struct MaterialRow {
     metallic_roughness_slot: u32,
     normal_slot: u32,
     emissive_slot: u32,
-    padding: u32,
+    transmission_slot: u32,
+    transmission: f32,
+    padding: [u32; 3],
 }
 
 /// One use of an image (`render::texels::TextureSlot`).
@@ -64,7 +66,9 @@ impl MaterialTable {
                 metallic_roughness_slot: table.slot(scene, material.metallic_roughness_texture, false),
                 normal_slot: table.slot(scene, material.normal_texture, false),
                 emissive_slot: table.slot(scene, material.emissive_texture, true),
-                padding: 0,
+                transmission_slot: table.slot(scene, material.transmission_texture, false),
+                transmission: material.transmission,
+                padding: [0; 3],
             };
             table.rows.push(row);
         }
@@ -167,6 +171,8 @@ mod tests {
                 metallic_roughness_slot,
                 normal_slot,
                 emissive_slot,
+                transmission_slot,
+                transmission,
                 padding,
             }
         )

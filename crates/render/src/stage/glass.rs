@@ -1,7 +1,7 @@
 //! What a shot says about glass, applied to a model's materials.
 
 use glam::{Vec3, Vec4};
-use murano_scene::{GlassBodies, Material, Scene, ShotGlass};
+use murano_scene::{GlassBodies, Material, Primitive, Scene, ShotGlass};
 
 /// Turns materials into glass and gives every glass the shot's values.
 ///
@@ -12,9 +12,11 @@ pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
         GlassBodies::AsFiled => {}
         GlassBodies::All => {
             name_the_default_material(scene);
+            remove_paint(scene, |_| true);
             scene.materials.iter_mut().for_each(make_glass);
         }
         GlassBodies::Named(names) => {
+            remove_paint(scene, |material| names.contains(&material.name));
             for name in names {
                 let mut named = scene.materials.iter_mut().filter(|material| &material.name == name).peekable();
                 if named.peek().is_none() {
@@ -47,6 +49,17 @@ fn name_the_default_material(scene: &mut Scene) {
     scene.materials.push(Material::default());
 }
 
+/// Removes the vertex colours of what is opaque so far and is to become glass.
+fn remove_paint(scene: &mut Scene, becomes_glass: impl Fn(&Material) -> bool) {
+    let materials = &scene.materials;
+    let painted = |primitive: &&mut Primitive| {
+        let material = primitive.material.and_then(|index| materials.get(index));
+        material.is_some_and(|material| !material.is_glass() && becomes_glass(material))
+    };
+    let primitives = scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives);
+    primitives.filter(painted).for_each(|primitive| primitive.colors = None);
+}
+
 /// An opaque material's own look would hide the refraction: what was painted on it goes, its name, normal map and index
 /// of refraction stay. A material that transmits light already is left as filed.
 fn make_glass(material: &mut Material) {
@@ -64,7 +77,7 @@ fn make_glass(material: &mut Material) {
 
 #[cfg(test)]
 mod tests {
-    use murano_scene::{Mesh, Primitive};
+    use murano_scene::Mesh;
 
     use super::*;
 
