@@ -188,7 +188,7 @@ impl FramePlan<'_> {
         let rest = Pose::rest(scene);
         let origin = body.geometry.posed_bounds(&rest).center();
         let deformed = body.leaves.deform(gpu, plan, RESTING | index, &body.geometry, &rest, origin)?;
-        let tree = body.tree(scene).refit(gpu, plan, ("refit", RESTING | index), &deformed)?;
+        let tree = body.tree(scene).refit(gpu, plan, ("refit_at_rest", index), &deformed)?;
         thickness(gpu, plan, index, &deformed, &tree, scale)
     }
 
