@@ -129,3 +129,13 @@ fn a_body_of_two_materials_is_one_body() {
         assert_near(found, [left, right, left, right], 1e-3, method.name());
     }
 }
+
+#[test]
+fn the_tracer_knows_the_same_bodies() {
+    let blue = Material { base_color: Vec4::new(0.0, 0.0, 1.0, 1.0), ..clear() };
+    let World { scene, .. } = pane(vec![clear(), blue], Vec::new(), None);
+    let traced = murano_reference::World::of_scene(&scene, &murano_animation::Pose::rest(&scene)).expect("a pane");
+    let [body] = &traced.bodies[..] else { panic!("{} bodies", traced.bodies.len()) };
+    // Of the back and of one half of the front, which are clear, and of the other half.
+    assert!(body.tint.abs_diff_eq(DVec3::new(2.0 / 3.0, 2.0 / 3.0, 1.0), 1e-6), "{}", body.tint);
+}

@@ -15,7 +15,7 @@ pub struct GlassBody {
     pub ior: f64,
     /// Absorption per metre, linear RGB.
     pub absorption: DVec3,
-    /// Factor on what is transmitted, linear RGB.
+    /// Factor on what is transmitted, linear RGB: one for the whole body.
     pub tint: DVec3,
 }
 
@@ -71,7 +71,8 @@ impl World {
         Self { bodies: vec![body], opaque: None }
     }
 
-    /// What a scene shows in a pose, deformed in f64. Primitives of one node that are of the same glass are one body.
+    /// What a scene shows in a pose, deformed in f64. Primitives of one node that refract and absorb alike are one body; where
+    /// their colours differ, its tint is the mean of theirs, and textures are not looked at.
     ///
     /// # Errors
     /// [`WorldError`] when the scene is too large or the pose is not finite.
@@ -96,6 +97,8 @@ impl World {
             .into_iter()
             .map(|(_, material, parts)| {
                 let Opaque { mesh, .. } = traced(scene, pose, &parts)?;
+                let tints = parts.iter().filter_map(|&(node, primitive)| material_of(scene, node, primitive));
+                let tints = tints.map(|it| it.base_color.truncate().as_dvec3() * f64::from(it.transmission));
                 Ok(GlassBody {
                     shape: Shape::Mesh(mesh),
                     ior: material.ior,
@@ -103,7 +106,7 @@ impl World {
                         material.attenuation_color.as_dvec3(),
                         f64::from(material.attenuation_distance),
                     ),
-                    tint: material.base_color.truncate().as_dvec3() * f64::from(material.transmission),
+                    tint: tints.sum::<DVec3>() / parts.len() as f64,
                 })
             })
             .collect::<Result<_, WorldError>>()?;
@@ -149,11 +152,7 @@ fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<&Mate
 }
 
 fn same_glass(a: &Material, b: &Material) -> bool {
-    a.ior == b.ior
-        && a.attenuation_color == b.attenuation_color
-        && a.attenuation_distance == b.attenuation_distance
-        && a.base_color == b.base_color
-        && a.transmission == b.transmission
+    a.ior == b.ior && a.attenuation_color == b.attenuation_color && a.attenuation_distance == b.attenuation_distance
 }
 
 fn traced(scene: &Scene, pose: &Pose, parts: &[(NodeIndex, usize)]) -> Result<Opaque, WorldError> {
