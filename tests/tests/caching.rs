@@ -261,11 +261,11 @@ fn random_edits(seed: u64) {
     assert!(2 * reused > needed, "{reused} of {needed}");
 }
 
-/// Caustic light at every pixel, lux, red.
 fn exits(frame: &Frame) -> Vec<DVec3> {
     vectors(frame.aov.as_ref().expect("asked for"), "exit_direction")
 }
 
+/// Caustic light at every pixel, lux, red.
 fn caustic_of(frame: &Frame) -> &[f32] {
     let aov = frame.aov.as_ref().expect("asked for");
     &aov.layers.iter().find(|layer| layer.name == "caustic").expect("a layer of AOV_LAYERS").planes[0]

@@ -17,7 +17,7 @@ fn radiance(renderer: &mut Renderer, request: &FrameRequest, side: usize) -> Vec
     vectors(frame.aov.as_ref().expect("asked for"), "radiance")
 }
 
-/// Mean of the relative difference from what many rays see, over pixels that are not all alike.
+/// Mean of the relative difference from what many rays see, over the picture.
 fn error(refraction: Refraction) -> f64 {
     let mut shot = Shot::for_model(&asset("bumpy.glb"));
     shot.glass.bodies = GlassBodies::All;
@@ -39,12 +39,12 @@ fn error(refraction: Refraction) -> f64 {
     sum / one.len() as f64
 }
 
-/// Bounded by what was measured, plus a tenth. Without footprints it is .0199 and .0346; what is left is outlines.
+/// Bounded by what was measured, plus a tenth. Without footprints it is .0199 and .0346; most of what is left is outlines.
 #[test]
 fn one_ray_sees_about_what_many_see() {
     let two = Refraction { method: Method::Layers, ..Refraction::default() };
     let all = Refraction { tir: TirPolicy::Trace, interfaces: Interfaces::All, ..two };
-    for (what, refraction, most) in [("two interfaces", two, 0.0173), ("all interfaces", all, 0.027)] {
+    for (what, refraction, most) in [("two interfaces", two, 0.0163), ("all interfaces", all, 0.027)] {
         let found = error(refraction);
         eprintln!("{what}: {found:.4}");
         assert!(found < most, "{what}: {found}, at most {most}");

@@ -62,6 +62,7 @@ impl RefractionChoice {
                     choice.normal_distance = word.parse().ok();
                 }
                 RefractionMethod::Isr if word.parse::<BackSurface>().is_ok() => choice.back_surface = word.parse().ok(),
+                _ if choice.steps.is_some() => return Err(wrong_word(method, word)),
                 _ => choice.steps = Some(count(word, 64).ok_or_else(|| wrong_word(method, word))?),
             }
         }
@@ -325,7 +326,9 @@ mod tests {
         assert_eq!(read("isr:nearest:view"), Some(view));
         let printed = Refraction { method: RefractionMethod::Dir, steps: 12, uncorrected: true, ..usual };
         assert_eq!(read("dir:12:uncorrected"), Some(printed));
-        for wrong in ["dir:0", "dir:view", "newton:uncorrected", "isr:deep", "splat:0", "splat:8:8", "magic", ""] {
+        for wrong in
+            ["dir:0", "dir:view", "newton:uncorrected", "isr:deep", "dir:5:12", "splat:0", "splat:8:8", "magic", ""]
+        {
             assert!(wrong.parse::<MethodChoice>().is_err(), "{wrong}");
         }
     }

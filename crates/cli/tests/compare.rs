@@ -60,7 +60,6 @@ fn the_threshold_decides_the_exit_status() {
     assert!(String::from_utf8_lossy(&over.stdout).contains("mean"), "the table is shown all the same");
 }
 
-/// Through total reflection and what enters the body again, against a truth that follows both.
 #[test]
 fn what_each_idea_is_worth() {
     let (_guard, folder) = folder();
@@ -91,6 +90,7 @@ fn what_each_idea_is_worth() {
     assert!(mean("exact", "") < 1e-3, "{told}");
 }
 
+/// Through total reflection and what enters the body again, against a truth that follows both.
 #[test]
 fn layers_follows_all_interfaces() {
     let (_guard, folder) = folder();

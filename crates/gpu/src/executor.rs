@@ -65,7 +65,9 @@ impl Gpu {
     ) -> Result<Executed, GpuError> {
         // While a plan is recorded, the store holds outputs that nothing has computed yet, and buffers that it gives away
         // again may still be meant by a recording: another plan must see neither.
-        let _executing = self.executing.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let Ok(_executing) = self.executing.lock() else {
+            return Err(GpuError::device("another thread panicked while it used the device; open it anew"));
+        };
         let schedule = {
             let store = self.store();
             plan.resolve(targets, |stamp| store.contains(stamp), history, skipping)?

@@ -152,7 +152,10 @@ fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<&Mate
 }
 
 fn same_glass(a: &Material, b: &Material) -> bool {
-    a.ior == b.ior && a.attenuation_color == b.attenuation_color && a.attenuation_distance == b.attenuation_distance
+    a.ior == b.ior
+        && a.attenuation_color == b.attenuation_color
+        && a.attenuation_distance == b.attenuation_distance
+        && a.dispersion == b.dispersion
 }
 
 fn traced(scene: &Scene, pose: &Pose, parts: &[(NodeIndex, usize)]) -> Result<Opaque, WorldError> {

@@ -138,7 +138,7 @@ pub fn thickness(
 /// there are only decides what lies under which node.
 fn shift(index: u32) -> Vec3A {
     const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
-    Vec3A::splat((1e-5 * (f64::from(index) * GOLDEN_RATIO).fract()) as f32)
+    Vec3A::splat((2e-4 * (f64::from(index) * GOLDEN_RATIO).fract()) as f32)
 }
 
 /// Four children as `tree_layout.wesl` has them; 0: none.
@@ -278,10 +278,14 @@ mod tests {
 
     #[test]
     fn triangles_in_one_place_make_no_chain() {
-        let points = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let tree = TriangleTree::build(&points, &vec![[0, 1, 2]; 5000]);
-        // A third of what `tree.wesl` can put by.
-        assert!(tree.heights.len() <= 21, "{:?}", tree.heights);
+        let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::NEG_ONE, DVec3::ONE];
+        // All alike; all in a corner, where f32 tells the least apart, and one that reaches across.
+        let collapsed: Vec<[u32; 3]> = [[3, 4, 0]].into_iter().chain(vec![[4, 4, 4]; 5000]).collect();
+        for triangles in [vec![[0, 1, 2]; 5000], collapsed] {
+            let tree = TriangleTree::build(&points, &triangles);
+            // A third of what `tree.wesl` can put by.
+            assert!(tree.heights.len() <= 21, "{:?}", tree.heights);
+        }
     }
 
     #[test]

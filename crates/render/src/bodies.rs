@@ -45,7 +45,8 @@ impl Body {
     /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
     pub(crate) fn rigid_scale(&self, scene: &Scene, pose: &Pose) -> Option<f64> {
         let first = self.geometry.instances.first()?;
-        let follows_node = |instance: &Instance| instance.palette.len() == 1 && instance.weights.is_empty();
+        let follows_node =
+            |instance: &Instance| scene.nodes[instance.node].skin.is_none() && instance.weights.is_empty();
         let rigid =
             self.geometry.instances.iter().all(|instance| instance.node == first.node && follows_node(instance));
         let volume = |pose: &Pose| pose.world_from_node[first.node].determinant().abs();
@@ -134,7 +135,9 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
     let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
     for (node, primitive) in glass {
         let Some(optics) = glass_of(node, primitive) else { continue };
-        let key = (by_node.then_some(node), Glass { tint: [1.0; 3], ..optics });
+        // Too many nodes to draw one by one: what is of one glass and one colour.
+        let tint = if by_node { [1.0; 3] } else { optics.tint };
+        let key = (by_node.then_some(node), Glass { tint, ..optics });
         match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, members)) => members.push((node, primitive)),
             None => groups.push((key, vec![(node, primitive)])),

@@ -299,7 +299,9 @@ impl RefractionTrial {
         ring: Silhouette,
         runs: usize,
     ) -> Result<Self> {
-        let refraction = Refraction { tir: truth.tir, interfaces: truth.interfaces, ..refraction };
+        // The path tracer knows one wavelength.
+        let wavelengths = if truth.whole { 1 } else { refraction.wavelengths };
+        let refraction = Refraction { tir: truth.tir, interfaces: truth.interfaces, wavelengths, ..refraction };
         let frame = subject.render(|request| {
             request.refraction = refraction;
             request.aov = true;
