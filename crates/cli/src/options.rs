@@ -6,7 +6,9 @@ use anyhow::{Context, Result};
 use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
-use murano_refraction::{BackSurface, Interfaces, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy};
+use murano_refraction::{
+    BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
+};
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
 
@@ -126,7 +128,14 @@ pub struct ShotOptions {
         help_heading = "Glass"
     )]
     interfaces: Option<Interfaces>,
-    /// The first interface does not reflect
+    /// Paths through the glass that a pixel follows with --interfaces all or --tir trace: the transmitted one, then the heaviest
+    /// part that the last one left aside [default: 2]
+    #[arg(
+        long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_BRANCHES)),
+        help_heading = "Glass"
+    )]
+    branches: Option<u32>,
+    /// The first interface does not reflect, and only transmitted paths are followed
     #[arg(long, help_heading = "Glass")]
     no_reflection: bool,
     /// How landed photons become light
@@ -240,6 +249,7 @@ impl ShotOptions {
             tir: self.tir.unwrap_or(default.refraction.tir),
             interfaces: self.interfaces.unwrap_or(default.refraction.interfaces),
             reflection: !self.no_reflection,
+            branches: self.branches.unwrap_or(default.refraction.branches),
             normal_distance: self.isr_distance.unwrap_or(default.refraction.normal_distance),
             back_surface: self.isr_back.unwrap_or(default.refraction.back_surface),
             uncorrected: self.uncorrected,

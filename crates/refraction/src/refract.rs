@@ -65,6 +65,7 @@ struct Params {
     tint: Vec3,
     reflection: f32,
     object: u32,
+    branches: u32,
 }
 
 /// Wavelengths and what each adds to the picture.
@@ -258,6 +259,7 @@ pub fn refract(
         tint: request.glass.tint.into(),
         reflection: f32::from(u8::from(request.refraction.reflection)),
         object: request.object,
+        branches: request.refraction.branches_followed(),
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
@@ -287,11 +289,12 @@ pub fn refract(
         LISTED_TILES,
     );
     if request.refraction.follows() {
+        let chaos = gpu.shader(&ShaderSpec::new("refraction::chaos"))?;
         pass = pass
             .scratch("exits", 16 * count)
             .scratch("transmitted", 16 * count)
-            .dispatch(&shader, "find_chaos", LISTED_TILES)
-            .dispatch(&shader, "settle", LISTED_TILES);
+            .dispatch(&chaos, "find_chaos", LISTED_TILES)
+            .dispatch(&chaos, "settle", LISTED_TILES);
     }
     let outputs = pass.add_to(plan)?;
     Ok((Layered { colour: outputs[0], cover: outputs[1] }, outputs.get(2).copied()))
@@ -339,6 +342,7 @@ mod tests {
                     tint: Vec3::new(5.0, 6.0, 7.0),
                     reflection: 8.0,
                     object: 9,
+                    branches: 10,
                 }
             )
             .unwrap();

@@ -212,6 +212,10 @@ pub struct Refraction {
     pub interfaces: Interfaces,
     /// Whether the first interface also reflects, Fresnel-weighted.
     pub reflection: bool,
+    /// Paths through the glass that a pixel follows where they are followed on ([`TirPolicy::Trace`], [`Interfaces::All`]), 1 to
+    /// [`MOST_BRANCHES`]: first the transmitted one, then always the heaviest part that the last one left aside as its
+    /// interfaces reflected or transmitted it. Without `reflection` the first alone.
+    pub branches: u32,
     /// Of `isr`.
     pub normal_distance: NormalDistance,
     /// Of `isr`.
@@ -223,6 +227,9 @@ pub struct Refraction {
     pub wavelengths: u32,
 }
 
+/// The most paths through the glass that a pixel follows.
+pub const MOST_BRANCHES: u32 = 4;
+
 /// The most wavelengths that the eye follows.
 pub const MOST_WAVELENGTHS: u32 = 16;
 
@@ -231,6 +238,11 @@ impl Refraction {
     pub(crate) fn follows(self) -> bool {
         !matches!(self.method, Method::Sir | Method::Screen)
             && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
+    }
+
+    /// Paths that a pixel follows.
+    pub(crate) fn branches_followed(self) -> u32 {
+        if self.follows() && self.reflection { self.branches.clamp(1, MOST_BRANCHES) } else { 1 }
     }
 
     /// Whether light is followed that enters the body again.
@@ -275,6 +287,7 @@ impl Default for Refraction {
             tir: TirPolicy::Reflect,
             interfaces: Interfaces::Two,
             reflection: true,
+            branches: 2,
             normal_distance: NormalDistance::Baked,
             back_surface: BackSurface::Farthest,
             uncorrected: false,
