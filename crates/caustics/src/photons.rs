@@ -93,7 +93,7 @@ pub fn emit(
     caustics: &Caustics,
     refraction: &Refraction,
 ) -> Result<Output, GpuError> {
-    let shader = gpu.shader(&traced("caustics::emit", refraction, cast.map.thickness.is_some()))?;
+    let shader = gpu.shader(&traced("caustics::emit", refraction, cast.glass, cast.map.thickness.is_some()))?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
         ior: cast.glass.ior as f32,
@@ -160,12 +160,15 @@ pub fn deposit(
 #[cfg(test)]
 mod tests {
     use murano_gpu::{Shader, check_uniform_layout};
+    use murano_scene::Material;
 
     use super::*;
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let emit = Shader::link(&traced("caustics::emit", &Refraction::default(), false)).unwrap();
+        let emit =
+            Shader::link(&traced("caustics::emit", &Refraction::default(), &Glass::of(&Material::glass(1.5)), false))
+                .unwrap();
         check_uniform_layout!(
             emit,
             "Params",

@@ -62,6 +62,12 @@ pub struct ShotOptions {
     /// Dispersion of all glass: 20 over the Abbe number, 0 for none (crown glass .34, flint .56, diamond .36)
     #[arg(long, value_name = "X", value_parser = values::not_negative, help_heading = "Scene")]
     dispersion: Option<f64>,
+    /// Roughness of all glass, 0 to 1, as its materials' own would be (frosted glass .3 to .5)
+    #[arg(long, value_name = "X", value_parser = values::fraction, help_heading = "Scene")]
+    roughness: Option<f64>,
+    /// All glass is a thin sheet around nothing, such as a bubble or a window: light goes straight on through it
+    #[arg(long, help_heading = "Scene")]
+    thin: bool,
     /// Light from far away: an equirectangular file (.hdr, .exr)
     #[arg(long, value_name = "FILE|none", value_parser = values::environment(), help_heading = "Scene")]
     env: Option<EnvironmentChoice>,
@@ -182,6 +188,8 @@ impl ShotOptions {
         }
         shot.glass.ior = self.ior.or(shot.glass.ior);
         shot.glass.dispersion = self.dispersion.map(|value| value as f32).or(shot.glass.dispersion);
+        shot.glass.roughness = self.roughness.map(|value| value as f32).or(shot.glass.roughness);
+        shot.glass.thin = self.thin.then_some(true).or(shot.glass.thin);
         if let Some(environment) = &self.env {
             shot.environment = environment.clone();
         }

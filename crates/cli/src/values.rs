@@ -135,6 +135,12 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
     if number >= 0.0 { Ok(number) } else { Err(format!("`{text}` must not be negative")) }
 }
 
+/// A number from 0 to 1.
+pub fn fraction(text: &str) -> Result<f64, String> {
+    let number = number(text)?;
+    if (0.0..=1.0).contains(&number) { Ok(number) } else { Err(format!("`{text}` must be between 0 and 1")) }
+}
+
 /// An index of refraction.
 pub fn index_of_refraction(text: &str) -> Result<f64, String> {
     let number = number(text)?;

@@ -24,6 +24,10 @@ pub struct Chain {
 /// Follows one ray over at most `bounces` interfaces. The first interface refracts; nothing is reflected but totally.
 pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
     let Some(first) = world.first_glass(ray) else { return Chain::default() };
+    if world.bodies[first.body].thin {
+        // Straight on through the sheet, as `trace_two` goes.
+        return Chain { status: Status::Left, origin: first.hit.position, exit: ray.direction, ..Chain::default() };
+    }
     let mut chain = Chain { status: Status::TotallyReflected, ..Chain::default() };
     let (mut ray, mut contact, mut inside) = (*ray, first, false);
     loop {

@@ -48,6 +48,20 @@ pub struct TwoInterfaces {
 pub fn trace_two(world: &World, ray: &Ray) -> TwoInterfaces {
     let Some(first) = world.first_glass(ray) else { return TwoInterfaces::default() };
     let body = &world.bodies[first.body];
+    if body.thin {
+        // Straight on through the sheet.
+        return TwoInterfaces {
+            status: Status::Left,
+            body: first.body,
+            p1: first.hit.position,
+            n1: first.hit.normal,
+            t1: ray.direction,
+            p2: first.hit.position,
+            n2: -first.hit.normal,
+            exit: ray.direction,
+            path_length: 0.0,
+        };
+    }
     let into = snell(ray.direction, first.hit.normal_against(ray.direction), body.ior.recip());
     let mut path = TwoInterfaces {
         status: Status::TotallyReflected,

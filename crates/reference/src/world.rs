@@ -17,12 +17,16 @@ pub struct GlassBody {
     pub absorption: DVec3,
     /// Factor on what is transmitted, linear RGB: one for the whole body.
     pub tint: DVec3,
+    /// Perceptual roughness of its surface, GGX; only the path tracer looks at it.
+    pub roughness: f64,
+    /// Whether its surface is a sheet of glass around nothing.
+    pub thin: bool,
 }
 
 impl GlassBody {
     /// Clear glass.
     pub fn clear(shape: Shape, ior: f64) -> Self {
-        Self { shape, ior, absorption: DVec3::ZERO, tint: DVec3::ONE }
+        Self { shape, ior, absorption: DVec3::ZERO, tint: DVec3::ONE, roughness: 0.0, thin: false }
     }
 }
 
@@ -72,7 +76,7 @@ impl World {
     }
 
     /// What a scene shows in a pose, deformed in f64. Primitives of one node that refract and absorb alike are one body; where
-    /// their colours differ, its tint is the mean of theirs, and textures are not looked at.
+    /// their colours or roughnesses differ, its own are the means of theirs, and textures are not looked at.
     ///
     /// # Errors
     /// [`WorldError`] when the scene is too large or the pose is not finite.
@@ -97,8 +101,10 @@ impl World {
             .into_iter()
             .map(|(_, material, parts)| {
                 let Opaque { mesh, .. } = traced(scene, pose, &parts)?;
-                let tints = parts.iter().filter_map(|&(node, primitive)| material_of(scene, node, primitive));
-                let tints = tints.map(|it| it.base_color.truncate().as_dvec3() * f64::from(it.transmission));
+                let used: Vec<&Material> =
+                    parts.iter().filter_map(|&(node, primitive)| material_of(scene, node, primitive)).collect();
+                let tints = used.iter().map(|it| it.base_color.truncate().as_dvec3() * f64::from(it.transmission));
+                let roughness = used.iter().map(|it| f64::from(it.roughness)).sum::<f64>();
                 Ok(GlassBody {
                     shape: Shape::Mesh(mesh),
                     ior: material.ior,
@@ -107,6 +113,8 @@ impl World {
                         f64::from(material.attenuation_distance),
                     ),
                     tint: tints.sum::<DVec3>() / parts.len() as f64,
+                    roughness: roughness / parts.len() as f64,
+                    thin: material.thickness == 0.0,
                 })
             })
             .collect::<Result<_, WorldError>>()?;
@@ -156,6 +164,7 @@ fn same_glass(a: &Material, b: &Material) -> bool {
         && a.attenuation_color == b.attenuation_color
         && a.attenuation_distance == b.attenuation_distance
         && a.dispersion == b.dispersion
+        && (a.thickness == 0.0) == (b.thickness == 0.0)
 }
 
 fn traced(scene: &Scene, pose: &Pose, parts: &[(NodeIndex, usize)]) -> Result<Opaque, WorldError> {

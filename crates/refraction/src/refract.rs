@@ -24,6 +24,11 @@ pub struct Glass {
     pub tint: [f32; 3],
     /// 20 over the Abbe number (KHR_materials_dispersion); `ior` is the index at the Fraunhofer d line.
     pub dispersion: f64,
+    /// Perceptual roughness of the surface; GGX's alpha is its square.
+    pub roughness: f32,
+    /// Whether the body is a sheet of glass around nothing: light goes straight on through its walls (KHR_materials_transmission
+    /// without the thickness of KHR_materials_volume).
+    pub thin: bool,
 }
 
 impl Glass {
@@ -41,6 +46,8 @@ impl Glass {
             .to_array(),
             tint: (material.base_color.truncate() * material.transmission).to_array(),
             dispersion: f64::from(material.dispersion),
+            roughness: material.roughness,
+            thin: material.thickness == 0.0,
         }
     }
 
@@ -66,6 +73,7 @@ struct Params {
     reflection: f32,
     object: u32,
     branches: u32,
+    roughness: f32,
 }
 
 /// Wavelengths and what each adds to the picture.
@@ -82,7 +90,7 @@ impl Spectrum {
         let n_d = Ior::new(glass.ior).ok().filter(|_| glass.dispersion > 0.0)?;
         let count = refraction.wavelengths.min(MOST_WAVELENGTHS);
         // What is thinner than its surroundings has no formula, and the picture only one colour of each texel.
-        if count <= 1 || glass.ior <= 1.0 || refraction.method == Method::Screen {
+        if count <= 1 || glass.ior <= 1.0 || glass.thin || refraction.method == Method::Screen {
             return None;
         }
         let mut samples = [Vec4::ZERO; MOST_WAVELENGTHS as usize];
@@ -116,12 +124,13 @@ impl Method {
     }
 }
 
-/// The shader of a root module that imports `package::refraction::path`, with these settings' method in place.
+/// The shader of a root module that imports `package::refraction::path`, with these settings' method in place for this glass.
 ///
 /// `thickness` is whether the maps have it ([`InterfaceMap::thickness`]).
-pub fn traced(root: &'static str, refraction: &Refraction, thickness: bool) -> ShaderSpec {
+pub fn traced(root: &'static str, refraction: &Refraction, glass: &Glass, thickness: bool) -> ShaderSpec {
     ShaderSpec::new(root)
         .alias("refraction::method", refraction.method.module())
+        .feature("thin", glass.thin)
         .feature("thickness", thickness)
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
@@ -212,8 +221,11 @@ pub struct RefractRequest<'a> {
     /// The body's nearest back faces (`InterfaceMap::back`), where the method's own map holds others and the eye may be
     /// inside the body.
     pub inside_map: Option<Output>,
-    /// `vec4f` a pixel: linear RGB factor of what its first interface transmits, in place of the glass's own.
-    pub tint: Option<Output>,
+    /// Two `vec4f` a pixel, of its first interface, in place of the glass's own: linear RGB factor of what it transmits, perceptual
+    /// roughness; outward normal in view space, zero where no map bends it.
+    pub surface: Option<Output>,
+    /// Whether any part of the body is rough.
+    pub rough: bool,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -239,10 +251,11 @@ pub fn refract(
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
     let spectrum = Spectrum::of(request.glass, request.refraction);
-    let spec = traced("refraction::refract", request.refraction, map.thickness.is_some())
+    let spec = traced("refraction::refract", request.refraction, request.glass, map.thickness.is_some())
         .feature("screen", request.refraction.method == Method::Screen)
         .feature("dispersive", spectrum.is_some())
-        .feature("tint_map", request.tint.is_some())
+        .feature("surface_map", request.surface.is_some())
+        .feature("rough", request.rough && request.refraction.method != Method::Screen)
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -260,6 +273,7 @@ pub fn refract(
         reflection: f32::from(u8::from(request.refraction.reflection)),
         object: request.object,
         branches: request.refraction.branches_followed(),
+        roughness: request.glass.roughness,
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
@@ -271,8 +285,8 @@ pub fn refract(
         .output("colour", 16 * count)
         .output("cover", 4 * count);
     let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
-    if let Some(tint) = request.tint {
-        pass = pass.input("tint_map", tint);
+    if let Some(surface) = request.surface {
+        pass = pass.input("glass_surface", surface);
     }
     if let Some(spectrum) = &spectrum {
         pass = pass.value("spectrum", spectrum);
@@ -319,7 +333,8 @@ mod tests {
             .map(|(tir, interfaces)| with(tir, interfaces))
         });
         for refraction in combinations {
-            let spec = traced("refraction::refract", &refraction, refraction.bakes())
+            let glass = Glass::of(&Material::glass(1.5));
+            let spec = traced("refraction::refract", &refraction, &glass, refraction.bakes())
                 .feature("screen", refraction.method == Method::Screen)
                 .feature("dispersive", refraction.method != Method::Screen);
             let shader = Shader::link(&spec).unwrap();
@@ -343,6 +358,7 @@ mod tests {
                     reflection: 8.0,
                     object: 9,
                     branches: 10,
+                    roughness: 11.0,
                 }
             )
             .unwrap();

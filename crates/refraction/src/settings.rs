@@ -250,6 +250,12 @@ impl Refraction {
         self.interfaces == Interfaces::All && self.method.follows_all()
     }
 
+    /// What is left of these settings for a sheet of glass around nothing, through which light goes straight on.
+    #[must_use]
+    pub fn through_walls(self) -> Self {
+        Self { method: Method::Sir, tir: TirPolicy::Pass, interfaces: Interfaces::Two, ..self }
+    }
+
     /// Whether it asks for the body's baked thickness.
     pub fn bakes(self) -> bool {
         self.method == Method::Isr && self.normal_distance == NormalDistance::Baked

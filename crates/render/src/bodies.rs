@@ -19,17 +19,20 @@ pub(crate) struct Body {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
     pub(crate) glass: Glass,
-    /// What makes its tint, where that is not the same everywhere; `glass.tint` is then the mean of its materials' factors.
-    pub(crate) tint: Option<TintSource>,
+    /// What its surface is sampled from, where that is not the same everywhere; `glass` then has the means of its materials'
+    /// tints and roughnesses.
+    pub(crate) surface: Option<SurfaceSource>,
+    /// Whether any part of it is rough.
+    pub(crate) rough: bool,
     /// Made when a method asks for it.
     tree: OnceLock<TriangleTree>,
 }
 
-/// What the tint of a glass body is sampled from.
-pub(crate) struct TintSource {
+/// What the surface of a glass body is sampled from.
+pub(crate) struct SurfaceSource {
     /// Whether any of its materials has a texture.
     pub(crate) textured: bool,
-    /// Constant buffers by the names that `render::glass_tint` binds.
+    /// Constant buffers by the names that `render::glass_surface` binds.
     pub(crate) buffers: Vec<Constant>,
 }
 
@@ -39,7 +42,7 @@ type Constant = (&'static str, Stamp, Leaf);
 impl Body {
     /// Whether light passes as if there were nothing.
     pub(crate) fn is_invisible(&self) -> bool {
-        self.tint.is_none() && self.glass.is_invisible()
+        self.surface.is_none() && self.glass.is_invisible()
     }
 
     /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
@@ -135,9 +138,9 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
     let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
     for (node, primitive) in glass {
         let Some(optics) = glass_of(node, primitive) else { continue };
-        // Too many nodes to draw one by one: what is of one glass and one colour.
-        let tint = if by_node { [1.0; 3] } else { optics.tint };
-        let key = (by_node.then_some(node), Glass { tint, ..optics });
+        // Too many nodes to draw one by one: what is of one glass and one surface.
+        let key =
+            if by_node { (Some(node), Glass { tint: [1.0; 3], roughness: 0.0, ..optics }) } else { (None, optics) };
         match groups.iter_mut().find(|(other, _)| *other == key) {
             Some((_, members)) => members.push((node, primitive)),
             None => groups.push((key, vec![(node, primitive)])),
@@ -156,9 +159,11 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
                 .iter()
                 .filter_map(|&(node, primitive)| Some(&scene.materials[material_of(scene, node, primitive)?]))
                 .collect();
-            let (mean, tint) = tint_of(&geometry, &used, &table, &shared);
-            let glass = Glass { tint: mean, ..glass };
-            Ok(Body { tint, leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
+            let surface = surface_of(&geometry, &used, &table, &shared);
+            // A map of normals that is seen from afar is roughness too.
+            let rough = used.iter().any(|material| material.roughness > 0.0 || material.normal_texture.is_some());
+            let glass = with_means(glass, &used);
+            Ok(Body { surface, rough, leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
     let geometry = Geometry::build(scene, &opaque)?;
@@ -178,21 +183,34 @@ fn constant(name: &'static str, (stamp, leaf): (Stamp, Leaf)) -> Constant {
     (name, stamp, leaf)
 }
 
-/// The mean of a body's tints, and what they are sampled from unless they are all the same.
-fn tint_of(
+/// A body's glass with the means of its materials' tints and roughnesses.
+fn with_means(glass: Glass, materials: &[&Material]) -> Glass {
+    let count = materials.len().max(1) as f32;
+    let tint = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).sum::<Vec3>() / count;
+    let roughness = materials.iter().map(|material| material.roughness).sum::<f32>() / count;
+    Glass { tint: tint.to_array(), roughness, ..glass }
+}
+
+/// What a body's surface is sampled from, unless it is the same everywhere.
+fn surface_of(
     geometry: &Geometry,
     materials: &[&Material],
     table: &MaterialTable,
     shared: &[Constant; 3],
-) -> ([f32; 3], Option<TintSource>) {
-    let tints: Vec<Vec3> = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).collect();
-    let mean = tints.iter().sum::<Vec3>() / tints.len().max(1) as f32;
-    let textured = materials
-        .iter()
-        .any(|material| material.base_color_texture.is_some() || material.transmission_texture.is_some());
+) -> Option<SurfaceSource> {
+    let textures = |material: &Material| {
+        [
+            material.base_color_texture,
+            material.transmission_texture,
+            material.metallic_roughness_texture,
+            material.normal_texture,
+        ]
+    };
+    let textured = materials.iter().any(|material| textures(material).iter().any(Option::is_some));
     let coloured = geometry.colors.iter().any(|[r, g, b, _]| [*r, *g, *b] != [1.0; 3]);
-    if !textured && !coloured && tints.windows(2).all(|pair| pair[0] == pair[1]) {
-        return (tints.first().map_or([1.0; 3], Vec3::to_array), None);
+    let of = |material: &Material| (Glass::of(material).tint, material.roughness);
+    if !textured && !coloured && materials.windows(2).all(|pair| of(pair[0]) == of(pair[1])) {
+        return None;
     }
     let triangle_materials: Vec<u32> = geometry
         .triangle_instances
@@ -206,7 +224,7 @@ fn tint_of(
     ];
     // Textures are bound where they are sampled.
     buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
-    (mean.to_array(), Some(TintSource { textured, buffers }))
+    Some(SurfaceSource { textured, buffers })
 }
 
 fn opaque_of(geometry: Geometry, table: &MaterialTable, shared: [Constant; 3]) -> Opaque {

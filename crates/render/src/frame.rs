@@ -6,15 +6,15 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::CausticMap;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Viewpoint, interface_map, over_listed_tiles,
-    rasterise, refract, texels, thickness, tile_threads,
+    Glass, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint, interface_map,
+    over_listed_tiles, rasterise, refract, texels, thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
 
 use crate::{
     FrameRequest, ToneMap, View,
-    bodies::{Body, Opaque, TintSource},
+    bodies::{Body, Opaque, SurfaceSource},
     distant::Distant,
 };
 
@@ -107,6 +107,13 @@ pub(crate) struct PosedBody {
     pub(crate) bounds: Bounds,
 }
 
+impl PosedBody {
+    /// What of a frame's settings this body's glass asks for.
+    pub(crate) fn refraction(&self, asked: &Refraction) -> Refraction {
+        if self.glass.thin { asked.through_walls() } else { *asked }
+    }
+}
+
 /// Farthest first.
 fn back_to_front<'a>(bodies: &'a [PosedBody], eye: &Viewpoint) -> Vec<&'a PosedBody> {
     let view_from_world = eye.world_from_view.inverse();
@@ -167,7 +174,7 @@ impl FramePlan<'_> {
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let mut mapped = Mapped::from(deformed);
-            mapped.shows_triangles = body.tint.is_some();
+            mapped.shows_triangles = body.surface.is_some();
             if self.request.refraction.method.traces() {
                 let tree = body.tree(self.stock.scene);
                 mapped.tree = Some(tree.refit(self.stock.gpu, plan, ("refit", index), &deformed)?);
@@ -244,12 +251,13 @@ impl FramePlan<'_> {
             plan.cull("refract", body.index, "the body is out of the picture")?;
             return Ok(behind);
         }
-        let refraction = &self.request.refraction;
+        let refraction = &body.refraction(&self.request.refraction);
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
-        let source = self.stock.bodies[body.index as usize].tint.as_ref();
-        let tint = source.zip(map.front_triangles).map(|(source, seen)| self.glass_tint(plan, body, source, seen));
+        let source = self.stock.bodies[body.index as usize].surface.as_ref();
+        let surface =
+            source.zip(map.front_triangles).map(|(source, seen)| self.glass_surface(plan, body, source, seen));
         let farthest = matches!(layers, Layers::FarthestBack { .. });
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
@@ -267,7 +275,8 @@ impl FramePlan<'_> {
             refraction,
             drawn,
             inside_map,
-            tint: tint.transpose()?,
+            surface: surface.transpose()?,
+            rough: self.stock.bodies[body.index as usize].rough,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
@@ -275,22 +284,25 @@ impl FramePlan<'_> {
         Ok(layered)
     }
 
-    /// What a body's first interface transmits of each colour, where that is not the same everywhere.
-    fn glass_tint(
+    /// A body's first interface, where that is not the same everywhere.
+    fn glass_surface(
         &self,
         plan: &mut Plan<Work>,
         body: &PosedBody,
-        source: &TintSource,
+        source: &SurfaceSource,
         front_triangles: Output,
     ) -> Result<Output, GpuError> {
         let shader =
-            self.stock.gpu.shader(&ShaderSpec::new("render::glass_tint").feature("textured", source.textured))?;
-        let mut pass = ComputePass::new("glass_tint", body.index)
+            self.stock.gpu.shader(&ShaderSpec::new("render::glass_surface").feature("textured", source.textured))?;
+        let mut pass = ComputePass::new("glass_surface", body.index)
             .value("viewpoint", &self.eye.uniform(self.origin))
             .input("positions", body.mapped.geometry.positions)
             .input("triangles", body.mapped.geometry.triangles)
             .input("front_triangles", front_triangles)
-            .cleared_output("tint", 16 * texels(self.eye.size));
+            .cleared_output("glass_surface", 32 * texels(self.eye.size));
+        if source.textured {
+            pass = pass.input("normals", body.mapped.geometry.normals);
+        }
         for (name, stamp, leaf) in &source.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }

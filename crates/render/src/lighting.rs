@@ -102,7 +102,7 @@ impl FramePlan<'_> {
             }
         };
         let gpu = self.stock.gpu;
-        let refraction = &self.request.refraction;
+        let refraction = &body.refraction(&self.request.refraction);
         // A shadow needs no second interface.
         let layers = caustics.map_or(Layers::Nearest, |_| refraction.layers());
         let mapped = Mapped { shows_triangles: false, ..body.mapped };

@@ -84,6 +84,8 @@ fn every_field_survives_writing_and_reading() {
             attenuation_color: Some([0.2, 0.8, 0.7]),
             attenuation_distance: Some(0.5),
             dispersion: Some(0.3),
+            roughness: Some(0.2),
+            thin: Some(true),
         },
         environment: EnvironmentChoice::File("studio.hdr".into()),
         floor: ShotFloor { level: FloorLevel::At(0.125), albedo: [0.5, 0.4, 0.3] },

@@ -32,7 +32,7 @@ pub struct RefractionRow {
     flip: Option<f64>,
     rmse: Option<f64>,
     ssim: Option<f64>,
-    /// Median of the passes that find and draw the glass: eye_map, refract, and refit and glass_tint where they are needed.
+    /// Median of the passes that find and draw the glass: eye_map, refract, and refit and glass_surface where they are needed.
     gpu_ms: Option<f64>,
     /// Between the quartiles of the same.
     gpu_ms_spread: Option<f64>,
@@ -41,7 +41,7 @@ pub struct RefractionRow {
 }
 
 /// The passes that find and draw glass.
-pub const GLASS_PASSES: [&str; 4] = ["refit", "eye_map", "glass_tint", "refract"];
+pub const GLASS_PASSES: [&str; 4] = ["refit", "eye_map", "glass_surface", "refract"];
 
 impl RefractionRow {
     /// The row of a measured method.

@@ -81,12 +81,7 @@ impl Reflection {
     pub fn sample(&self, choice: f64, [u, v]: [f64; 2]) -> DVec3 {
         let (sin_phi, cos_phi) = (TAU * u).sin_cos();
         let local = if choice < self.specular_share {
-            // Visible normals by spherical caps (Dupuy and Benyoub 2023).
-            let stretched = DVec3::new(self.alpha * self.view.x, self.alpha * self.view.y, self.view.z).normalize();
-            let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
-            let level = (1.0 - z * z).max(0.0).sqrt();
-            let cap = DVec3::new(level * cos_phi, level * sin_phi, z) + stretched;
-            let half = DVec3::new(self.alpha * cap.x, self.alpha * cap.y, cap.z.max(0.0)).normalize_or(DVec3::Z);
+            let half = visible_normal(self.view, self.alpha, [u, v]);
             2.0 * self.view.dot(half) * half - self.view
         } else {
             DVec3::new(v.sqrt() * cos_phi, v.sqrt() * sin_phi, (1.0 - v).sqrt())
@@ -103,9 +98,29 @@ impl Reflection {
     }
 
     fn masked(&self, cosine: f64) -> f64 {
-        let squared = self.alpha * self.alpha;
-        (squared + (1.0 - squared) * cosine * cosine).sqrt()
+        masked(self.alpha, cosine)
     }
+}
+
+/// A normal of GGX's facets as seen from `view`, both in the frame whose third axis is the mean normal, unit (by spherical caps:
+/// Dupuy and Benyoub 2023).
+pub(super) fn visible_normal(view: DVec3, alpha: f64, [u, v]: [f64; 2]) -> DVec3 {
+    let (sin_phi, cos_phi) = (TAU * u).sin_cos();
+    let stretched = DVec3::new(alpha * view.x, alpha * view.y, view.z).normalize();
+    let z = (1.0 - v) * (1.0 + stretched.z) - stretched.z;
+    let level = (1.0 - z * z).max(0.0).sqrt();
+    let cap = DVec3::new(level * cos_phi, level * sin_phi, z) + stretched;
+    DVec3::new(alpha * cap.x, alpha * cap.y, cap.z.max(0.0)).normalize_or(DVec3::Z)
+}
+
+/// Share of the facets that a direction at this cosine to the mean normal sees past the others (Smith's G1 for GGX).
+pub(super) fn unshadowed(alpha: f64, cosine: f64) -> f64 {
+    2.0 * cosine / (cosine + masked(alpha, cosine))
+}
+
+fn masked(alpha: f64, cosine: f64) -> f64 {
+    let squared = alpha * alpha;
+    (squared + (1.0 - squared) * cosine * cosine).sqrt()
 }
 
 /// Schlick 1994.

@@ -8,7 +8,7 @@
 //! A punctual light's light that meets glass cannot be found from the eye; it is taken from photons, blurred by the radius
 //! of their [`PhotonMap`].
 //!
-//! What is not in it: polarisation between interfaces, rough glass, alpha cut-outs (drawn solid, as the renderer does),
+//! What is not in it: polarisation between interfaces, light that facets of rough glass send to other facets, alpha cut-outs (drawn solid, as the renderer does),
 //! dispersion. The factor of transmitted light (a material's colour times its transmission) applies once for each entry into
 //! a body.
 

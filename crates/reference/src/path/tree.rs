@@ -5,7 +5,7 @@ use murano_optics::{beer_lambert, fresnel_unpolarised, snell};
 
 use super::{
     PathScene, PathSettings,
-    brdf::Reflection,
+    brdf::{Reflection, unshadowed, visible_normal},
     lights::arriving,
     sky::Sky,
     surface::{Surface, kept, surface},
@@ -160,7 +160,8 @@ impl Tracer<'_> {
         let glass = &self.scene.world.bodies[body];
         let direction = branch.ray.direction;
         let facing = hit.facing(direction);
-        let normal = hit.normal_against(direction);
+        let shading = hit.normal_against(direction);
+        let normal = facet(shading, direction, glass.roughness, sampler);
         let (eta, tint, inside) = match facing {
             Facing::Front => (glass.ior.recip(), glass.tint, Some(body)),
             Facing::Back => (glass.ior, DVec3::ONE, None),
@@ -168,18 +169,59 @@ impl Tracer<'_> {
         let outside = if facing == Facing::Front { branch.medium } else { Some(body) };
         let refracted = snell(direction, normal, eta);
         let reflectance = if refracted.tir { 1.0 } else { fresnel_unpolarised(-direction.dot(normal), eta) };
-        let leaving = |direction: DVec3, weight: DVec3, medium: Option<usize>| Branch {
-            ray: Ray { origin: hit.position, direction },
-            left: Left::Glass { body, element: hit.element },
-            weight,
-            medium,
-            interfaces: branch.interfaces + 1,
-            scatterings: branch.scatterings,
-            drawn: None,
-        };
         let mirror = murano_optics::reflected(direction, normal);
-        let reflected = |share: f64| leaving(mirror, branch.weight * share, outside);
-        let transmitted = |share: f64| leaving(refracted.direction, branch.weight * tint * share, inside);
+        if glass.thin {
+            // Light that goes to and fro within the sheet is part of either branch; a rough one scatters what it transmits as
+            // it does what it mirrors.
+            let once = fresnel_unpolarised(-direction.dot(normal), glass.ior.recip());
+            let onward = mirror - 2.0 * mirror.dot(shading) * shading;
+            let onward = if glass.roughness > 0.0 { onward } else { direction };
+            return self.split(
+                [(mirror, branch.medium), (onward, branch.medium)],
+                2.0 * once / (1.0 + once),
+                glass.tint,
+                (body, branch, hit, shading),
+                sampler,
+                branches,
+            );
+        }
+        self.split(
+            [(mirror, outside), (refracted.direction, inside)],
+            reflectance,
+            tint,
+            (body, branch, hit, shading),
+            sampler,
+            branches,
+        );
+    }
+
+    /// Sends a branch on from an interface, mirrored and transmitted, each a direction and the body it runs in.
+    fn split(
+        &self,
+        [mirrored, transmitted]: [(DVec3, Option<usize>); 2],
+        reflectance: f64,
+        tint: DVec3,
+        (body, branch, hit, shading): (usize, Branch, &Hit, DVec3),
+        sampler: &mut Sampler,
+        branches: &mut Branches,
+    ) {
+        let alpha = self.scene.world.bodies[body].roughness.powi(2);
+        let from_there = |(direction, medium): (DVec3, Option<usize>), weight: DVec3, side: f64| {
+            let cosine = side * direction.dot(shading);
+            // What leaves a rough surface on the wrong side would meet another facet; single scattering loses it.
+            let kept = if alpha == 0.0 { 1.0 } else { unshadowed(alpha, cosine.max(0.0)) };
+            Branch {
+                ray: Ray { origin: hit.position, direction },
+                left: Left::Glass { body, element: hit.element },
+                weight: weight * kept,
+                medium,
+                interfaces: branch.interfaces + 1,
+                scatterings: branch.scatterings,
+                drawn: None,
+            }
+        };
+        let reflected = |share: f64| from_there(mirrored, branch.weight * share, 1.0);
+        let transmitted = |share: f64| from_there(transmitted, branch.weight * tint * share, -1.0);
         let lesser = branch.weight.max_element() * reflectance.min(1.0 - reflectance);
         if lesser >= self.settings.smallest_weight {
             branches.0.push(reflected(reflectance));
@@ -311,6 +353,19 @@ impl Tracer<'_> {
         }
         passing
     }
+}
+
+/// The normal of a facet of rough glass that a ray meets, drawn among those it sees; `shading`, its mean, where the glass is
+/// smooth (Walter, Marschner, Li, Torrance: "Microfacet Models for Refraction through Rough Surfaces", 2007).
+fn facet(shading: DVec3, direction: DVec3, roughness: f64, sampler: &mut Sampler) -> DVec3 {
+    if roughness <= 0.0 {
+        return shading;
+    }
+    let (tangent, bitangent) = shading.any_orthonormal_pair();
+    let view = DVec3::new(-tangent.dot(direction), -bitangent.dot(direction), -shading.dot(direction));
+    let view = if view.z < 1e-4 { DVec3::new(view.x, view.y, 1e-4).normalize() } else { view };
+    let half = visible_normal(view, roughness * roughness, sampler.pair());
+    (half.x * tangent + half.y * bitangent + half.z * shading).normalize()
 }
 
 /// Branches waiting to be followed.

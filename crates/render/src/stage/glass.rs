@@ -31,6 +31,14 @@ pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
         material.attenuation_color = glass.attenuation_color.map_or(material.attenuation_color, Vec3::from_array);
         material.attenuation_distance = glass.attenuation_distance.unwrap_or(material.attenuation_distance);
         material.dispersion = glass.dispersion.unwrap_or(material.dispersion);
+        if let Some(roughness) = glass.roughness {
+            material.roughness = roughness;
+            material.metallic_roughness_texture = None;
+        }
+        if let Some(thin) = glass.thin {
+            // Only whether it is 0 matters: bodies are as thick as they are.
+            material.thickness = if thin { 0.0 } else { material.thickness.max(1.0) };
+        }
     }
     Ok(())
 }

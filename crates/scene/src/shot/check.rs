@@ -31,6 +31,11 @@ impl Shot {
             ("glass.attenuation_color", self.glass.attenuation_color.is_none_or(fractions), "must be between 0 and 1"),
             ("glass.attenuation_distance", self.glass.attenuation_distance.is_none_or(|d| d > 0.0), "must be positive"),
             ("glass.dispersion", self.glass.dispersion.is_none_or(not_negative), "must be finite and not negative"),
+            (
+                "glass.roughness",
+                self.glass.roughness.is_none_or(|r| (0.0..=1.0).contains(&r)),
+                "must be between 0 and 1",
+            ),
             ("floor.level", !matches!(self.floor.level, FloorLevel::At(y) if !y.is_finite()), finite),
             ("floor.albedo", fractions(self.floor.albedo), "must be between 0 and 1"),
             ("output.size", self.output.size.iter().all(|side| (1..=MAX_SIDE).contains(side)), "must be 1 to 16384"),

@@ -30,6 +30,10 @@ pub struct ShotGlass {
     pub attenuation_distance: Option<f32>,
     /// 20 / Abbe number.
     pub dispersion: Option<f32>,
+    /// Perceptual roughness, 0 to 1, in place of the materials' own and their textures.
+    pub roughness: Option<f32>,
+    /// Every body of glass is a sheet around nothing (or none is), whatever the thickness of its material.
+    pub thin: Option<bool>,
 }
 
 /// Distant light.

@@ -98,7 +98,7 @@ pub fn page(results: &Results) -> Report {
     let mut blocks = vec![Block::Paragraph(
         "Every pixel of every model is compared with the path through the same pose and the same triangles, traced in f64 \
          through two interfaces. The outermost ring of covered pixels is left out. GPU time is that of the passes that find \
-         the interfaces and draw the glass (refit, eye_map, glass_tint, refract): the median of frames that reuse nothing."
+         the interfaces and draw the glass (refit, eye_map, glass_surface, refract): the median of frames that reuse nothing."
             .into(),
     )];
     if !results.subjects.is_empty() {

@@ -1,10 +1,16 @@
-//! Glass that is not of one colour: base colour and transmission, their textures, vertex colours.
+//! The surface of glass: its colours and their textures, roughness, maps of normals, thin walls.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use murano_refraction::{Method, Refraction};
-use murano_render::{Frame, Renderer, View, World};
-use murano_scene::{Environment, Image, Local, Material, Mesh, Node, Primitive, Scene, TextureRef, Transform, Wrap};
-use murano_tests::bench::{gpu, still, vectors};
+use murano_animation::Pose;
+use murano_optics::snell;
+use murano_reference::{Camera, PathScene, PathSettings, World as TracedWorld, path_picture};
+use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
+use murano_render::{Frame, Renderer, Settings, Stage, View, World};
+use murano_scene::{
+    Environment, FloorLevel, GlassBodies, Image, Local, Material, Mesh, Node, Primitive, Scene, Shot, ShotGlass,
+    TextureRef, Transform, Wrap,
+};
+use murano_tests::bench::{asset, degrees_between, gpu, pixel_ray, still, vectors};
 
 const SIDE: u32 = 64;
 
@@ -134,8 +140,99 @@ fn a_body_of_two_materials_is_one_body() {
 fn the_tracer_knows_the_same_bodies() {
     let blue = Material { base_color: Vec4::new(0.0, 0.0, 1.0, 1.0), ..clear() };
     let World { scene, .. } = pane(vec![clear(), blue], Vec::new(), None);
-    let traced = murano_reference::World::of_scene(&scene, &murano_animation::Pose::rest(&scene)).expect("a pane");
+    let traced = TracedWorld::of_scene(&scene, &Pose::rest(&scene)).expect("a pane");
     let [body] = &traced.bodies[..] else { panic!("{} bodies", traced.bodies.len()) };
     // Of the back and of one half of the front, which are clear, and of the other half.
     assert!(body.tint.abs_diff_eq(DVec3::new(2.0 / 3.0, 2.0 / 3.0, 1.0), 1e-6), "{}", body.tint);
+}
+
+/// A map of normals bends the first interface: the exit direction is that of two refractions in f64, by the normal that the
+/// texel stands for and by the pane's flat back.
+#[test]
+fn a_map_of_normals_bends_what_is_seen() {
+    let texel = [171_u8, 90, 240];
+    let [x, y, z] = texel.map(|byte| 2.0 * f64::from(byte) / 255.0 - 1.0);
+    let bent = DVec3::new(x, y, z).normalize();
+    let material = Material { normal_texture: Some(texture(0)), ..Material::glass(1.5) };
+    let view = View::look_at(DVec3::new(0.0, 0.0, 10.0), DVec3::ZERO, 2.0 * 0.1_f64.atan());
+    let mut renderer = Renderer::new(gpu(), pane(vec![material], vec![image([texel; 4])], None)).expect("a pane");
+    let size = [SIDE; 2];
+    let frame = renderer.render(&still(view, size, Refraction::default())).unwrap_or_else(|error| panic!("{error}"));
+    let exits = vectors(frame.aov.as_ref().expect("asked for"), "exit_direction");
+    // Away from the pane's rim, past which the bent rays leave it.
+    for (row, column) in [(32, 32), (20, 40), (40, 24)] {
+        let pixel = row * SIDE as usize + column;
+        let (_, incident) = pixel_ray(&view, size, pixel);
+        let inside = snell(incident, bent, 1.0 / 1.5).direction;
+        let truth = snell(inside, DVec3::Z, 1.5).direction;
+        let off = degrees_between(exits[pixel], truth);
+        assert!(off < 0.02 && degrees_between(truth, incident) > 10.0, "{row}, {column}: {off} degrees");
+    }
+}
+
+/// Mean relative difference over blocks of 4x4 pixels of the renderer's picture and the path tracer's, of an asset in the studio
+/// without a floor, through all interfaces.
+fn off_the_path_tracer(asset_name: &str, glass: ShotGlass, settings: PathSettings) -> f64 {
+    const BLOCK: usize = 4;
+    let mut shot = Shot::for_model(&asset(asset_name));
+    shot.glass = ShotGlass { bodies: GlassBodies::All, ior: Some(1.5), ..glass };
+    shot.floor.level = FloorLevel::Absent;
+    let (world, stage) = Stage::open(shot).expect("a body in the studio");
+    let view = stage.request(0.0, &Settings::default()).view;
+    let side = SIDE as usize;
+    let all = Refraction { tir: TirPolicy::Trace, interfaces: Interfaces::All, ..Refraction::default() };
+    let traced = TracedWorld::of_scene(&world.scene, &Pose::rest(&world.scene)).expect("a body");
+    let scene = PathScene {
+        world: &traced,
+        scene: &world.scene,
+        environment: world.environment.as_ref(),
+        lights: &[],
+        photons: None,
+        fade: None,
+    };
+    let camera = Camera { world_from_view: view.world_from_view, projection: view.projection, size: [SIDE; 2] };
+    let truth = path_picture(&scene, &camera, &settings, &|_, _| {}).radiance;
+    let mut renderer = Renderer::new(gpu(), world).expect("a body");
+    let frame = renderer.render(&still(view, [SIDE; 2], all)).unwrap_or_else(|error| panic!("{error}"));
+    let shown = vectors(frame.aov.as_ref().expect("asked for"), "radiance");
+    let blocks = (0..side / BLOCK).flat_map(|row| (0..side / BLOCK).map(move |column| (row, column)));
+    let differences = blocks.map(|(row, column)| {
+        let pixels = (0..BLOCK * BLOCK).map(|i| (BLOCK * row + i / BLOCK) * side + BLOCK * column + i % BLOCK);
+        let (ours, theirs) = pixels.fold((DVec3::ZERO, DVec3::ZERO), |(ours, theirs), pixel| {
+            (ours + shown[pixel], theirs + DVec3::from(truth[pixel].map(f64::from)))
+        });
+        ((ours - theirs).abs() / (ours + theirs)).element_sum() / 3.0
+    });
+    let differences: Vec<f64> = differences.filter(|d| d.is_finite()).collect();
+    2.0 * differences.iter().sum::<f64>() / differences.len() as f64
+}
+
+/// Bounded by what was measured, plus a tenth.
+#[test]
+fn rough_glass_is_near_that_of_the_path_tracer() {
+    let settings = PathSettings { passes: 6, noise: 0.0, ..PathSettings::default() };
+    for (name, roughness, most) in [
+        ("sphere.glb", 0.1, 0.0433),
+        ("sphere.glb", 0.2, 0.0695),
+        ("sphere.glb", 0.4, 0.0921),
+        ("bumpy.glb", 0.2, 0.0923),
+        ("bumpy.glb", 0.4, 0.139),
+    ] {
+        let glass = ShotGlass { roughness: Some(roughness), ..ShotGlass::default() };
+        let found = off_the_path_tracer(name, glass, settings);
+        eprintln!("{name}, roughness {roughness}: {found:.4}");
+        assert!(found < most, "{name}, roughness {roughness}: {found}, at most {most}");
+    }
+}
+
+/// A bubble: straight through both walls, both of which mirror. What is left are mirror images of mirror images. Bounded by what was
+/// measured, plus a tenth.
+#[test]
+fn thin_walls_are_those_of_the_path_tracer() {
+    let settings =
+        PathSettings { samples: 1, jitter: false, passes: 1, smallest_weight: 1e-4, ..PathSettings::default() };
+    let glass = ShotGlass { thin: Some(true), ..ShotGlass::default() };
+    let found = off_the_path_tracer("sphere.glb", glass, settings);
+    eprintln!("a bubble: {found:.5}");
+    assert!(found < 0.0438, "{found}");
 }
