@@ -178,3 +178,34 @@ fn what_cannot_be_compared_is_refused() {
     let bare = ["compare", &sphere, "--methods", "splat", "--floor", "none", "--size", "32x32"];
     refuses(&folder, &bare, &["--floor"]);
 }
+
+/// Exact paths change from frame to frame as the truth does; a lone frame changes into nothing.
+#[test]
+fn a_sequence_is_judged_by_what_changes_in_it() {
+    let (_guard, folder) = folder();
+    let octopus = asset("octopus.glb");
+    let input = ["compare", &octopus, "--caustics", "off", "--methods", "layers"];
+    let sequence =
+        [&input[..], &["--frames", "3..6", "--fps", "12", "--threshold", "1.1", "--json"], &SMALL[..2]].concat();
+    let (stdout, _) = succeeds(&folder, &sequence);
+    let comparison = json_lines(&stdout).remove(0);
+    let row = &comparison["rows"][0];
+    assert!(number(row, "truth_change") > 1e-3 && number(row, "mean_deg") < 0.1, "{row:#}");
+    assert!((number(row, "ratio") - 1.0).abs() < 0.05 && number(row, "excess") < 0.002, "{row:#}");
+    refuses(&folder, &[&input[..], &["--frames", "3"], &SMALL[..2]].concat(), &["two or more"]);
+}
+
+/// The light that the back of a ball mirrors is most of what one branch leaves out.
+#[test]
+fn a_second_branch_comes_nearer_to_the_whole_light() {
+    let (_guard, folder) = folder();
+    let sphere = asset("sphere.glb");
+    let options = ["--interfaces", "all", "--reference", "path", "--floor", "none", "--caustics", "off"];
+    let flip = |branches: &str| {
+        let method = ["--methods", "layers", "--branches", branches];
+        number(&compare(&folder, &[&[&sphere[..]], &method[..], &options[..]].concat())["rows"][0], "flip")
+    };
+    let (one, two) = (flip("1"), flip("2"));
+    // Half of what is left is the noise of the truth.
+    assert!(two < 0.06 && two < 0.7 * one, "{one}, then {two}");
+}

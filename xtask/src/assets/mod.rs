@@ -12,6 +12,7 @@ mod implicit;
 mod material;
 mod octopus;
 mod optics_bodies;
+mod panes;
 mod radiance_hdr;
 mod remesh;
 mod rig;
@@ -73,6 +74,8 @@ pub fn generate() -> Vec<Asset> {
     assets.push(Asset { name: "dancer.glb", bytes: dancer::dancer().to_glb() });
     assets.push(Asset { name: "octopus.glb", bytes: octopus::octopus().to_glb() });
     assets.push(Asset { name: "swan.glb", bytes: swan::swan().to_glb() });
+    assets.push(Asset { name: "pool.glb", bytes: panes::pool() });
+    assets.push(Asset { name: "window.glb", bytes: panes::window() });
     assets.push(Asset { name: "studio.hdr", bytes: studio::studio_hdr() });
     assets
 }

@@ -2,10 +2,11 @@
 
 mod heat_maps;
 mod row;
+mod sequence;
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use murano_caustics::Caustics;
 use murano_metrics::paths::Silhouette;
@@ -18,8 +19,10 @@ use crate::{
     options::{AdapterOption, ShotOptions},
     terminal::{say, say_json, watched},
     trial::{CausticLight, CausticTrial, CausticTruth, RefractionTrial, Subject, Truth},
-    values::{self, MethodChoice},
+    values::{self, FrameRange, MethodChoice},
 };
+use sequence::SequenceRow;
+
 pub use row::{CausticRow, GLASS_PASSES, RefractionRow, caustic_table, table};
 
 /// What counts as the truth.
@@ -42,7 +45,8 @@ enum Reference {
     murano compare assets/bumpy.glb --methods sir,isr:baked,isr:view,dir,newton,layers,exact\n  \
     murano compare fox.glb --glass --time 0.4 --methods dir:5,dir:12,newton --heatmap out/heat\n  \
     murano compare assets/bumpy.glb --methods splat:128,splat:512\n  \
-    murano compare assets/sphere.glb --methods newton --threshold 0.05 --json")]
+    murano compare assets/sphere.glb --methods newton --threshold 0.05 --json\n  \
+    murano compare fox.glb --glass --clip Run --methods dir,layers --frames 0..24 --threshold 1.1")]
 pub struct Arguments {
     #[command(flatten)]
     shot: ShotOptions,
@@ -59,6 +63,13 @@ pub struct Arguments {
     /// Ends with status 1 if a row is over X: mean angle in degrees, FLIP with --reference path, relative L1 of caustics
     #[arg(long, value_name = "X", value_parser = values::number, help_heading = "Comparison")]
     threshold: Option<f64>,
+    /// Compares how the picture through the glass changes from frame to frame, B excluded: flicker beside motion. With
+    /// --threshold, of the change over the truth's
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["reference", "heatmap"], help_heading = "Comparison")]
+    frames: Option<FrameRange>,
+    /// Frames a second [default: 24]
+    #[arg(long, value_name = "N", value_parser = values::positive, requires = "frames", help_heading = "Comparison")]
+    fps: Option<f64>,
     /// Writes pictures and heat maps of the errors there
     #[arg(long, value_name = "DIR", help_heading = "Comparison")]
     heatmap: Option<PathBuf>,
@@ -97,6 +108,7 @@ struct Comparison {
     noise: Option<f64>,
     rows: Vec<RefractionRow>,
     caustics: Vec<CausticRow>,
+    sequences: Vec<SequenceRow>,
 }
 
 /// `--json`.
@@ -118,6 +130,7 @@ struct JsonComparison<'a> {
 enum JsonRow<'a> {
     Refraction(&'a RefractionRow),
     Caustics(&'a CausticRow),
+    Sequence(&'a SequenceRow),
 }
 
 /// Most passes of path tracing, 16 samples a pixel each.
@@ -125,12 +138,13 @@ const MOST_PASSES: u32 = 64;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
-    let shot = arguments.shot.shot()?;
+    let mut shot = arguments.shot.shot()?;
+    shot.output.fps = arguments.fps.unwrap_or(shot.output.fps);
     let settings = arguments.shot.settings();
     if let Some(folder) = &arguments.heatmap {
         prepare_folder(&folder.join("truth.png"))?;
     }
-    let mut subject = Subject::open(arguments.adapter.open()?, shot, &settings)?;
+    let (mut subject, stage) = Subject::open_on_stage(arguments.adapter.open()?, shot, &settings)?;
     let (refractions, caustics) = arguments.chosen(settings.refraction);
     let mut comparison = Comparison {
         input: arguments.shot.input().display().to_string(),
@@ -141,8 +155,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         noise: None,
         rows: Vec::new(),
         caustics: Vec::new(),
+        sequences: Vec::new(),
     };
-    if !refractions.is_empty() {
+    if let Some(range) = arguments.frames {
+        ensure!(caustics.is_empty(), "--frames compares pictures through glass; leave methods of caustics out");
+        let ring = arguments.ring();
+        comparison.sequences = sequence::compare(&mut subject, &stage, &settings, range, &refractions, ring)?;
+    } else if !refractions.is_empty() {
         arguments.compare_refraction(&mut subject, &refractions, &mut comparison)?;
     }
     if !caustics.is_empty() {
@@ -167,7 +186,10 @@ impl Comparison {
             size: self.size,
             covered: self.covered,
             noise: self.noise,
-            rows: refraction.chain(self.caustics.iter().map(JsonRow::Caustics)).collect(),
+            rows: refraction
+                .chain(self.caustics.iter().map(JsonRow::Caustics))
+                .chain(self.sequences.iter().map(JsonRow::Sequence))
+                .collect(),
         }
     }
 
@@ -182,6 +204,9 @@ impl Comparison {
         }
         if !self.caustics.is_empty() {
             say(caustic_table(&self.caustics))?;
+        }
+        if !self.sequences.is_empty() {
+            say(sequence::table(&self.sequences))?;
         }
         Ok(())
     }
@@ -223,7 +248,7 @@ impl Arguments {
             })?;
             comparison.noise = truth.noise();
         }
-        let ring = if self.silhouette { Silhouette::Include } else { Silhouette::Exclude };
+        let ring = self.ring();
         for &refraction in refractions {
             let trial = RefractionTrial::run(subject, &truth, refraction, ring, self.runs as usize)
                 .with_context(|| format!("method {}", refraction.method))?;
@@ -233,6 +258,10 @@ impl Arguments {
             comparison.rows.push(RefractionRow::new(&trial));
         }
         Ok(())
+    }
+
+    fn ring(&self) -> Silhouette {
+        if self.silhouette { Silhouette::Include } else { Silhouette::Exclude }
     }
 
     fn compare_caustics(&self, subject: &mut Subject, chosen: &[Caustics], comparison: &mut Comparison) -> Result<()> {
@@ -260,8 +289,10 @@ impl Arguments {
             Reference::Path => (row.label(), row.flip().unwrap_or(f64::NAN), "FLIP"),
         });
         let caustics = comparison.caustics.iter().map(|row| (row.label(), row.relative_l1(), "relative L1"));
+        let sequences = comparison.sequences.iter().map(|row| (row.label(), row.ratio(), "times the truth's change"));
         let over: Vec<String> = refraction
             .chain(caustics)
+            .chain(sequences)
             // What could not be measured keeps no threshold.
             .filter(|(_, value, _)| value.is_nan() || *value > threshold)
             .map(|(label, value, unit)| format!("{label} has {value:.4} {unit}"))

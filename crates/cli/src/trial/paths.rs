@@ -178,6 +178,28 @@ impl Truth {
         Ok(Some(Picture::from_linear(subject.request.size, &radiance, subject.request.exposure)?))
     }
 
+    /// Renders the subject by a method and measures its paths; its picture is what it shows of the environment through the glass, or
+    /// the whole frame where the truth's is.
+    ///
+    /// # Errors
+    /// The device's, and those of measuring.
+    pub fn measure(
+        &self,
+        subject: &mut Subject,
+        refraction: Refraction,
+        ring: Silhouette,
+    ) -> Result<(PathErrors, Option<Picture>)> {
+        let frame = subject.render(|request| {
+            request.refraction = refraction;
+            request.aov = true;
+        })?;
+        let aov = frame.aov.context("the frame lacks its output variables")?;
+        let samples = rendered_samples(&aov)?;
+        let lists = PathLists::of(&samples, self.origin);
+        let paths = path_errors(self.lists.paths(), lists.paths(), self.diameter, subject.request.size, ring)?;
+        Ok((paths, self.tested_picture(subject, &aov, &samples)?))
+    }
+
     /// Pixels that show glass.
     pub fn covered(&self) -> usize {
         self.samples.iter().filter(|sample| sample.status != 0).count()
@@ -302,15 +324,7 @@ impl RefractionTrial {
         // The path tracer knows one wavelength.
         let wavelengths = if truth.whole { 1 } else { refraction.wavelengths };
         let refraction = Refraction { tir: truth.tir, interfaces: truth.interfaces, wavelengths, ..refraction };
-        let frame = subject.render(|request| {
-            request.refraction = refraction;
-            request.aov = true;
-        })?;
-        let aov = frame.aov.context("the frame lacks its output variables")?;
-        let samples = rendered_samples(&aov)?;
-        let lists = PathLists::of(&samples, truth.origin);
-        let paths = path_errors(truth.lists.paths(), lists.paths(), truth.diameter, subject.request.size, ring)?;
-        let picture = truth.tested_picture(subject, &aov, &samples)?;
+        let (paths, picture) = truth.measure(subject, refraction, ring)?;
         let both = truth.picture.as_ref().zip(picture.as_ref());
         let errors = RefractionErrors {
             paths,

@@ -23,9 +23,17 @@ impl Subject {
     /// # Errors
     /// Whatever is wrong with the shot, its files or the device.
     pub fn open(gpu: Gpu, shot: Shot, settings: &Settings) -> Result<Self> {
+        Ok(Self::open_on_stage(gpu, shot, settings)?.0)
+    }
+
+    /// The same, with the stage that knows the shot's other frames.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_on_stage(gpu: Gpu, shot: Shot, settings: &Settings) -> Result<(Self, Stage)> {
         let (world, stage) = Stage::open(shot)?;
         let request = stage.request(0.0, settings);
-        Ok(Self { renderer: Renderer::new(gpu, world)?, request, diameter: stage.extent().diameter() })
+        Ok((Self { renderer: Renderer::new(gpu, world)?, request, diameter: stage.extent().diameter() }, stage))
     }
 
     /// Puts a world made in code before a camera, in the usual settings.
