@@ -225,6 +225,23 @@ fn rough_glass_is_near_that_of_the_path_tracer() {
     }
 }
 
+/// From behind, a sheet is seen in the mean of its colours: the map does not say which triangle it is.
+#[test]
+fn a_sheet_is_seen_from_behind() {
+    let thin =
+        |r: f32, g: f32| Material { base_color: Vec4::new(r, g, 1.0, 1.0), thickness: 0.0, ..Material::glass(1.5) };
+    let mut world = pane(vec![thin(1.0, 0.0), thin(0.0, 1.0)], Vec::new(), None);
+    world.scene.meshes[0].primitives.remove(0);
+    let view = View::look_at(DVec3::new(0.0, 0.0, -10.0), DVec3::ZERO, 2.0 * 0.1_f64.atan());
+    let refraction = Refraction { reflection: false, ..Refraction::default() };
+    let mut renderer = Renderer::new(gpu(), world).expect("a sheet");
+    let frame = renderer.render(&still(view, [SIDE; 2], refraction)).unwrap_or_else(|error| panic!("{error}"));
+    let shown = vectors(frame.aov.as_ref().expect("asked for"), "radiance")[(SIDE / 2 * SIDE + SIDE / 4) as usize];
+    // At right angles a sheet of index 1.5 reflects 2 R / (1 + R) of R = .04.
+    let passed = 1.0 - 0.08 / 1.04;
+    assert!(shown.abs_diff_eq(passed * DVec3::new(0.5, 0.5, 1.0), 1e-3), "{shown}");
+}
+
 /// A bubble: straight through both walls, both of which mirror. What is left are mirror images of mirror images. Bounded by what was
 /// measured, plus a tenth.
 #[test]

@@ -28,7 +28,9 @@ pub fn receive(
     caustic_map: Option<Output>,
     before: Option<Output>,
 ) -> Result<Output, GpuError> {
+    let back = cast.map.back.filter(|_| cast.glass.thin);
     let spec = ShaderSpec::new("caustics::receive")
+        .feature("thin", back.is_some())
         .feature("chained", before.is_some())
         .feature("caustic", caustic_map.is_some());
     let shader = gpu.shader(&spec)?;
@@ -41,6 +43,9 @@ pub fn receive(
         .input("surfaces", surfaces)
         .input("caster", cast.map.front)
         .output("received", 16 * texels(eye.size));
+    if let Some(back) = back {
+        pass = pass.input("caster_back", back);
+    }
     if let Some(before) = before {
         pass = pass.input("received_before", before);
     }

@@ -122,12 +122,13 @@ impl World {
         Ok(Self { bodies, opaque })
     }
 
-    /// The first front face of glass that the ray meets, unless something opaque is in front of it.
+    /// The first front face of glass that the ray meets, or either of a thin body's, unless something opaque is in front of it.
     pub fn first_glass(&self, ray: &Ray) -> Option<Contact> {
         let mut nearest: Option<Contact> = None;
         for (body, glass) in self.bodies.iter().enumerate() {
             let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
-            if let Some(hit) = glass.shape.nearest(ray, Departure::Free, Some(Facing::Front), farthest) {
+            let facing = (!glass.thin).then_some(Facing::Front);
+            if let Some(hit) = glass.shape.nearest(ray, Departure::Free, facing, farthest) {
                 nearest = nearest.filter(|contact| contact.hit.t <= hit.t).or(Some(Contact { body, hit }));
             }
         }

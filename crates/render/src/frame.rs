@@ -175,11 +175,13 @@ impl FramePlan<'_> {
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let mut mapped = Mapped::from(deformed);
             mapped.shows_triangles = body.surface.is_some();
-            if self.request.refraction.method.traces() {
+            let refraction =
+                if body.glass.thin { self.request.refraction.through_walls() } else { self.request.refraction };
+            if refraction.method.traces() {
                 let tree = body.tree(self.stock.scene);
                 mapped.tree = Some(tree.refit(self.stock.gpu, plan, ("refit", index), &deformed)?);
             }
-            if self.request.refraction.bakes()
+            if refraction.bakes()
                 && let Some(scale) = body.rigid_scale(self.stock.scene, pose)
             {
                 mapped.thickness = Some(self.bake_thickness(plan, index, body, scale)?);

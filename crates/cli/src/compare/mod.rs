@@ -65,7 +65,7 @@ pub struct Arguments {
     threshold: Option<f64>,
     /// Compares how the picture through the glass changes from frame to frame, B excluded: flicker beside motion. With
     /// --threshold, of the change over the truth's
-    #[arg(long, value_name = "A..B", conflicts_with_all = ["reference", "heatmap"], help_heading = "Comparison")]
+    #[arg(long, value_name = "A..B", conflicts_with_all = ["reference", "heatmap", "runs", "noise", "truth_photons"], help_heading = "Comparison")]
     frames: Option<FrameRange>,
     /// Frames a second [default: 24]
     #[arg(long, value_name = "N", value_parser = values::positive, requires = "frames", help_heading = "Comparison")]

@@ -102,9 +102,12 @@ pub fn compare(
     progress.finish();
     let rows = refractions.iter().zip(shown).zip(degrees).map(|((refraction, pictures), mean_deg)| {
         let flicker = flicker_against(&truths, &pictures, DEFAULT_PIXELS_PER_DEGREE)?;
-        // Where nothing moves in the truth, nothing may in the method's pictures.
-        let over = |tested: f64, truth: f64| if tested == truth { 1.0 } else { tested / truth };
-        let pairs = flicker.tested.pairs.iter().zip(&flicker.truth.pairs);
+        anyhow::ensure!(
+            flicker.truth.mean > 0.0,
+            "nothing moves in these frames; leave --hold out, play a --clip or let the camera --orbit"
+        );
+        // Pairs that show no motion have no ratio.
+        let pairs = flicker.tested.pairs.iter().zip(&flicker.truth.pairs).filter(|(_, truth)| **truth > 0.0);
         Ok(SequenceRow {
             method: refraction.method.name(),
             variant: refraction.variant(),
@@ -112,8 +115,8 @@ pub fn compare(
             mean_deg,
             truth_change: flicker.truth.mean,
             change: flicker.tested.mean,
-            ratio: over(flicker.tested.mean, flicker.truth.mean),
-            worst_ratio: pairs.map(|(tested, truth)| over(*tested, *truth)).fold(0.0, f64::max),
+            ratio: flicker.tested.mean / flicker.truth.mean,
+            worst_ratio: pairs.map(|(tested, truth)| tested / truth).fold(0.0, f64::max),
             excess: flicker.excess.mean,
         })
     });

@@ -43,6 +43,11 @@ impl History {
         Self { refractions: self.refractions + 1, ..self }
     }
 
+    /// Through a sheet and out of it again.
+    pub(super) fn through_sheet(self) -> Self {
+        Self { refractions: self.refractions.max(2), ..self }
+    }
+
     pub(super) fn reflected_outside(self) -> Self {
         let first = self.refractions == 0 && !self.internal_reflection && !self.outside_reflection;
         Self { first_reflection: self.first_reflection || first, outside_reflection: true, ..self }

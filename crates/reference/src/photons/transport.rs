@@ -81,6 +81,9 @@ impl<'a> Transport<'a> {
     fn interface(&mut self, ray: &Ray, flux: DVec3, history: History, met: u32, contact: Contact, least: f64) {
         let Contact { body, hit } = contact;
         let glass = &self.world.bodies[body];
+        if glass.thin {
+            return self.sheet(ray, flux, history, met, contact, least);
+        }
         let outside = hit.facing(ray.direction) == Facing::Front;
         // Where the interpolated normal faces away, light grazes the smooth surface that the mesh stands for: all of it is
         // reflected, and hardly turned. (The triangle's own normal would let it into the body and catch it there.)
@@ -110,6 +113,30 @@ impl<'a> Transport<'a> {
         // Totally reflected light leaves nothing to pass.
         let through = snell(ray.direction, normal, eta);
         self.keep(onward(through.direction, outside, passed, history.refracted()), least);
+    }
+
+    /// A sheet of glass: straight on through it, which counts as the two refractions that it is, the first time.
+    fn sheet(&mut self, ray: &Ray, flux: DVec3, history: History, met: u32, contact: Contact, least: f64) {
+        let Contact { body, hit } = contact;
+        let glass = &self.world.bodies[body];
+        let normal = hit.normal_against(ray.direction);
+        let once = fresnel_unpolarised(-ray.direction.dot(normal), glass.ior.recip());
+        let mirrored = flux * (2.0 * once / (1.0 + once));
+        let passed = (flux - mirrored) * glass.tint;
+        self.account.absorbed += flux - mirrored - passed;
+        if met == 0 {
+            self.account.first_reflected += mirrored;
+        }
+        let onward = |direction: DVec3, flux: DVec3, history: History| Branch {
+            ray: Ray { origin: hit.position, direction },
+            from: (body, hit.element),
+            inside: false,
+            flux,
+            history,
+            interfaces: met + 1,
+        };
+        self.keep(onward(reflected(ray.direction, normal), mirrored, history.reflected_outside()), least);
+        self.keep(onward(ray.direction, passed, history.through_sheet()), least);
     }
 
     fn keep(&mut self, branch: Branch, least: f64) {

@@ -18,7 +18,7 @@ pub enum Truth {
     /// As [`Truth::Closed`], but the body is open or turned inside out: a ray that first meets it from behind has no
     /// answer, and must be flagged where there is no front behind.
     Open,
-    /// A sheet without thickness: light goes on as it came.
+    /// A sheet without thickness, or glass with thin walls: light goes on as it came.
     Sheet,
     /// Nothing but that all numbers must be finite.
     Unknown,

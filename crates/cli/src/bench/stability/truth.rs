@@ -71,6 +71,9 @@ fn answer(world: &World, ray: &Ray, truth: Truth) -> (Expected, Expected) {
     let Some(first) = body.shape.nearest(ray, Departure::Free, None, f64::INFINITY) else {
         return (Expected::Nothing, Expected::Nothing);
     };
+    if body.thin {
+        return (Expected::Leaves(ray.direction), Expected::Leaves(ray.direction));
+    }
     if truth == Truth::Sheet {
         let into = snell(ray.direction, first.normal_against(ray.direction), body.ior.recip()).direction;
         return (Expected::Leaves(ray.direction), Expected::Leaves(into));

@@ -44,6 +44,7 @@ fn all() -> Vec<Group> {
         denser(),
         thinner(),
         concave(),
+        rough_and_thin(),
         cameras::grazing(),
         cameras::eye_inside(),
         cameras::cut_by_the_near_plane(),
@@ -83,6 +84,31 @@ fn lamp(kind: LightKind, position: DVec3, target: DVec3, radius: f64) -> PlacedL
 fn ball_cases(label: impl Fn(&str) -> String, scene: &Scene, truth: Truth) -> Vec<Case> {
     let case = |(name, eye)| Case::new(label(name), scene.clone(), looking(eye, DVec3::ZERO, YFOV), truth);
     around().into_iter().map(case).collect()
+}
+
+/// Lobes from a mirror's to the widest, and walls around nothing, of glass that hardly bends and of such that bends most.
+fn rough_and_thin() -> Group {
+    let ball = Body::unit_ball();
+    let torus = Body::torus(1.0, 0.4, 96, 48);
+    let mut cases = Vec::new();
+    let surfaces = [1e-5_f32, 0.3, 1.0].map(|roughness| (roughness, 1.0)).into_iter().chain([(0.0, 0.0), (0.3, 0.0)]);
+    for (k, (roughness, thickness)) in surfaces.enumerate() {
+        for n in [1.0 / GLASS, 1.0 + 1e-7, GLASS, 4.0] {
+            let body = if k % 2 == 0 { &ball } else { &torus };
+            let mut scene = body.alone(n);
+            for material in &mut scene.materials {
+                (material.roughness, material.thickness) = (roughness, thickness);
+            }
+            let truth = if thickness == 0.0 { Truth::Sheet } else { Truth::Closed };
+            let kind = if thickness == 0.0 { "thin" } else { "solid" };
+            let mut few =
+                ball_cases(|view| format!("{kind}, roughness {roughness}, n = {n:.2}, {view}"), &scene, truth);
+            few[0].lamps = if n == GLASS { three_lamps(DVec3::ZERO, 1.4) } else { Vec::new() };
+            cases.extend(few);
+        }
+    }
+    let limits = MethodLimits::new([50.0, 0.4, 0.12], [0.7, 0.01, 0.25]);
+    Group { name: "rough and thin glass", limits, cases }
 }
 
 /// `1, 1.05, ..., 4`.
