@@ -19,12 +19,28 @@ struct Edge {
     opposite: u32,
 }
 
+/// A directed edge with nothing across it.
+#[derive(Clone, Copy)]
+struct OpenEdge {
+    triangle: usize,
+    opposite: usize,
+    from: u32,
+    to: u32,
+}
+
+/// How far off an edge a corner may lie and still split it, in lengths of the edge.
+const ON_EDGE: f64 = 1e-5;
+/// Parts that an edge is looked for in.
+const MOST_LINKS: usize = 64;
+
 impl Geometry {
     /// For each triangle, the triangles across the edges opposite its first, second and third corner, as index plus one.
     ///
     /// Corners are welded by their rest position within a node, whatever their normals and texture coordinates. Where more
     /// than two triangles share an edge, those that run through it one way are matched with those that run the other way,
-    /// in their order; surplus ones with the last. 0: the edge is open, as no other triangle runs through it the other way.
+    /// in their order; surplus ones with the last. An edge along which several shorter ones lie end to end (T-junctions) has the
+    /// triangle of the longest of them across, and all of them have its own. 0: the edge is open, as no other triangle runs
+    /// through it the other way.
     pub fn neighbours(&self) -> Vec<[u32; 3]> {
         let welded = self.welded_vertices();
         let mut edges = Vec::with_capacity(3 * self.triangles.len());
@@ -53,7 +69,58 @@ impl Geometry {
                 }
             }
         }
+        self.join_split_edges(&welded, &mut neighbours);
         neighbours
+    }
+
+    /// Joins open edges to the shorter open ones that lie along them.
+    fn join_split_edges(&self, welded: &[u32], neighbours: &mut [[u32; 3]]) {
+        let mut open = Vec::new();
+        for (triangle, corners) in self.triangles.iter().enumerate() {
+            let corners = corners.map(|vertex| welded[vertex as usize]);
+            for opposite in 0..3 {
+                let [from, to] = [corners[(opposite + 1) % 3], corners[(opposite + 2) % 3]];
+                if neighbours[triangle][opposite] == 0 && from != to {
+                    open.push(OpenEdge { triangle, opposite, from, to });
+                }
+            }
+        }
+        let mut beginning: HashMap<u32, Vec<OpenEdge>> = HashMap::with_capacity(open.len());
+        for &edge in &open {
+            beginning.entry(edge.from).or_default().push(edge);
+        }
+        let place = |vertex: u32| {
+            let vertex = &self.vertices[vertex as usize];
+            self.instances[vertex.instance as usize].pivot + Vec3::from(vertex.position).as_dvec3()
+        };
+        for long in open {
+            let (start, way) = (place(long.to), place(long.from) - place(long.to));
+            // How far along the edge an open one that goes on from `at` ends; `None` if it leaves the edge.
+            let reach = |edge: &OpenEdge, at: f64| {
+                let end = place(edge.to) - start;
+                let share = end.dot(way) / way.length_squared();
+                let aside = (end - share * way).length();
+                (share > at && share < 1.0 + ON_EDGE && aside < ON_EDGE * way.length()).then_some(share)
+            };
+            let mut links: Vec<(OpenEdge, f64)> = Vec::new();
+            let (mut vertex, mut at) = (long.to, 0.0);
+            while vertex != long.from && links.len() < MOST_LINKS {
+                let onward = beginning.get(&vertex).into_iter().flatten().filter(|edge| edge.triangle != long.triangle);
+                let next = onward.filter_map(|edge| Some((*edge, reach(edge, at)?))).min_by(|a, b| a.1.total_cmp(&b.1));
+                let Some((edge, end)) = next else { break };
+                links.push((edge, end - at));
+                (vertex, at) = (edge.to, end);
+            }
+            if vertex != long.from || links.len() < 2 {
+                continue;
+            }
+            let longest =
+                links.iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(edge, _)| edge.triangle as u32 + 1);
+            neighbours[long.triangle][long.opposite] = longest;
+            for (edge, _) in links {
+                neighbours[edge.triangle][edge.opposite] = long.triangle as u32 + 1;
+            }
+        }
     }
 
     /// For each vertex, the first one of its node that rests in the same place.
@@ -126,6 +193,18 @@ mod tests {
     fn a_triangle_with_a_corner_twice_stands_between_no_others() {
         let triangles = [[0, 1, 2], [0, 2, 3], [0, 2, 2]];
         assert_eq!(neighbours(&SQUARE, &triangles), [[0, 2, 0], [0, 0, 1], [0; 3]]);
+    }
+
+    #[test]
+    fn an_edge_split_on_one_side_is_joined() {
+        // The diagonal is whole in the first triangle and split in the middle and at three quarters by the others.
+        let [a, b] = [0.5, 0.75];
+        let positions = [SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], [a, a, 0.0], [b, b, 0.0]];
+        let split = neighbours(&positions, &[[0, 1, 2], [0, 4, 3], [4, 5, 3], [5, 2, 3]]);
+        assert_eq!(split, [[0, 2, 0], [3, 0, 1], [4, 2, 1], [0, 3, 1]]);
+        // A corner beside the edge splits nothing.
+        let beside = [SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], [0.4, 0.41, 0.0]];
+        assert_eq!(neighbours(&beside, &[[0, 1, 2], [0, 4, 3], [4, 2, 3]])[0], [0; 3]);
     }
 
     #[test]

@@ -36,6 +36,9 @@ fn methods_stand_in_the_order_of_their_errors() {
     assert!((15.0..25.0).contains(&mean[0]) && mean[1] < 1.5 && mean[2] < 0.05, "{mean:?}");
     let ssim = column("ssim");
     assert!(ssim[0] < ssim[1] && ssim[1] < ssim[2] && ssim[2] <= 1.0, "{ssim:?}");
+    // One interface is no search; five steps read five texels, and the last one again.
+    let entries = column("entries");
+    assert!(entries[0] == 0.0 && (5.0..10.0).contains(&entries[1]) && entries[2] < 20.0, "{entries:?}");
     for row in rows {
         for name in ["wrong_status", "invalid"] {
             assert!((0.0..=1.0).contains(&number(row, name)), "{row:#}");

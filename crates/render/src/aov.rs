@@ -44,7 +44,7 @@ impl Layers<'_> {
             .map(|&name| {
                 let channels = match name {
                     "radiance" | "caustic" | "shadow" => RGB,
-                    "path_length" | "bounces" | "status" | "depth" => SINGLE,
+                    "path_length" | "bounces" | "status" | "depth" | "entries" | "triangles" => SINGLE,
                     _ => XYZ,
                 };
                 AovLayer { name, channels, planes: vec![vec![0.0; self.pixels]; channels.len()] }
@@ -104,6 +104,8 @@ impl Layers<'_> {
             "depth" => single(pixel.colour.w),
             "radiance" => pixel.colour.truncate().as_dvec3(),
             "caustic" => pixel.caustic,
+            "entries" => single(path[4].w),
+            "triangles" => single(path[5].w),
             _ => pixel.shadow,
         }
     }

@@ -140,7 +140,7 @@ pub struct AovLayer {
 }
 
 /// Names of every layer there is, in the order of [`Aov::layers`].
-pub const AOV_LAYERS: [&str; 13] = [
+pub const AOV_LAYERS: [&str; 15] = [
     "p1",
     "n1",
     "t1",
@@ -154,4 +154,6 @@ pub const AOV_LAYERS: [&str; 13] = [
     "radiance",
     "caustic",
     "shadow",
+    "entries",
+    "triangles",
 ];

@@ -32,6 +32,10 @@ pub struct RefractionRow {
     flip: Option<f64>,
     rmse: Option<f64>,
     ssim: Option<f64>,
+    /// Texels, layers, squares and nodes of hierarchies that the search of a pixel of glass reads, in the mean.
+    entries: f64,
+    /// Triangles likewise.
+    triangles: f64,
     /// Median of the passes that find and draw the glass: eye_map, refract, and refit and glass_surface where they are needed.
     gpu_ms: Option<f64>,
     /// Between the quartiles of the same.
@@ -65,6 +69,8 @@ impl RefractionRow {
             flip: trial.errors.flip.as_ref().map(|flip| flip.mean),
             rmse: trial.errors.rmse,
             ssim: trial.errors.ssim,
+            entries: trial.entries,
+            triangles: trial.triangles,
             gpu_ms: gpu.map(|spread| spread.median),
             gpu_ms_spread: gpu.map(|spread| spread.interquartile()),
             frame_ms: trial.timing.frame.median,
@@ -87,7 +93,7 @@ impl RefractionRow {
     }
 
     /// Headings, and a line of cells a row.
-    pub fn cells(rows: &[Self]) -> ([&'static str; 15], Vec<Vec<String>>) {
+    pub fn cells(rows: &[Self]) -> ([&'static str; 17], Vec<Vec<String>>) {
         let headings = [
             "method",
             "steps",
@@ -101,6 +107,8 @@ impl RefractionRow {
             "invalid %",
             "FLIP",
             "RMSE",
+            "entries",
+            "triangles",
             "GPU ms",
             "±",
             "frame ms",
@@ -122,6 +130,8 @@ impl RefractionRow {
                 format!("{:.3}", 100.0 * row.invalid),
                 maybe(row.flip, 4),
                 maybe(row.rmse, 4),
+                format!("{:.1}", row.entries),
+                format!("{:.1}", row.triangles),
                 maybe(row.gpu_ms, 2),
                 maybe(row.gpu_ms_spread, 2),
                 format!("{:.1}", row.frame_ms),

@@ -93,9 +93,9 @@ pub fn compare(
         let no_picture = "there is no environment to be seen through the glass; leave --env none out";
         truths.push(truth.picture().context(no_picture)?.clone());
         for ((&refraction, pictures), degrees) in refractions.iter().zip(&mut shown).zip(&mut degrees) {
-            let (errors, picture) = truth.measure(subject, refraction, ring)?;
-            pictures.push(picture.context(no_picture)?);
-            *degrees += errors.mean_deg / f64::from(range.count());
+            let shown = truth.measure(subject, refraction, ring)?;
+            pictures.push(shown.picture.context(no_picture)?);
+            *degrees += shown.paths.mean_deg / f64::from(range.count());
         }
         progress.advance();
     }

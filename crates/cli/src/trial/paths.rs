@@ -183,12 +183,7 @@ impl Truth {
     ///
     /// # Errors
     /// The device's, and those of measuring.
-    pub fn measure(
-        &self,
-        subject: &mut Subject,
-        refraction: Refraction,
-        ring: Silhouette,
-    ) -> Result<(PathErrors, Option<Picture>)> {
+    pub fn measure(&self, subject: &mut Subject, refraction: Refraction, ring: Silhouette) -> Result<Measured> {
         let frame = subject.render(|request| {
             request.refraction = refraction;
             request.aov = true;
@@ -197,7 +192,15 @@ impl Truth {
         let samples = rendered_samples(&aov)?;
         let lists = PathLists::of(&samples, self.origin);
         let paths = path_errors(self.lists.paths(), lists.paths(), self.diameter, subject.request.size, ring)?;
-        Ok((paths, self.tested_picture(subject, &aov, &samples)?))
+        let seen = samples.iter().filter(|sample| sample.status != 0).count().max(1) as f64;
+        let mean =
+            |name| Ok::<f64, anyhow::Error>(scalars(&aov, name)?.iter().map(|&n| f64::from(n)).sum::<f64>() / seen);
+        Ok(Measured {
+            paths,
+            picture: self.tested_picture(subject, &aov, &samples)?,
+            entries: mean("entries")?,
+            triangles: mean("triangles")?,
+        })
     }
 
     /// Pixels that show glass.
@@ -284,6 +287,18 @@ fn rendered_samples(aov: &Aov) -> Result<Vec<PathSample>> {
     Ok((0..status.len()).map(sample).collect())
 }
 
+/// A frame by one method.
+pub struct Measured {
+    /// How far its paths lie from the truth's.
+    pub paths: PathErrors,
+    /// What it shows; `None` without an environment.
+    pub picture: Option<Picture>,
+    /// Texels, layers, squares and nodes of hierarchies that the search of a pixel of glass reads, in the mean.
+    pub entries: f64,
+    /// Triangles likewise.
+    pub triangles: f64,
+}
+
 /// One method on one subject.
 pub struct RefractionTrial {
     /// The method and its parameters.
@@ -294,6 +309,10 @@ pub struct RefractionTrial {
     pub timing: Timing,
     /// What it shows of the environment through the glass; `None` without an environment.
     pub picture: Option<Picture>,
+    /// As [`Measured::entries`].
+    pub entries: f64,
+    /// As [`Measured::triangles`].
+    pub triangles: f64,
 }
 
 /// How far a method lies from the truth.
@@ -324,7 +343,7 @@ impl RefractionTrial {
         // The path tracer knows one wavelength.
         let wavelengths = if truth.whole { 1 } else { refraction.wavelengths };
         let refraction = Refraction { tir: truth.tir, interfaces: truth.interfaces, wavelengths, ..refraction };
-        let (paths, picture) = truth.measure(subject, refraction, ring)?;
+        let Measured { paths, picture, entries, triangles } = truth.measure(subject, refraction, ring)?;
         let both = truth.picture.as_ref().zip(picture.as_ref());
         let errors = RefractionErrors {
             paths,
@@ -335,6 +354,6 @@ impl RefractionTrial {
         let mut request = subject.request.clone();
         request.refraction = refraction;
         let timing = time_frames(&mut subject.renderer, &request, runs)?;
-        Ok(Self { refraction, errors, timing, picture })
+        Ok(Self { refraction, errors, timing, picture, entries, triangles })
     }
 }
