@@ -104,6 +104,15 @@ fn layers_follows_all_interfaces() {
     assert!(of(0, "wrong_status") > 0.05, "what enters again is not met by walk: {told}");
 }
 
+/// What is totally reflected is judged by what it shows: its paths have no exit at the second interface.
+#[test]
+fn total_reflection_is_followed_as_the_truth_does() {
+    let (_guard, folder) = folder();
+    let told = compare(&folder, &[&asset("bumpy.glb"), "--tir", "trace", "--methods", "dir:5,newton:5,layers,exact"]);
+    let flip = [0, 1, 2, 3].map(|row| number(&told["rows"][row], "flip"));
+    assert!(flip[0] < 0.06 && flip[1] < 0.035 && flip[2] < 0.002 && flip[3] < 0.002, "{flip:?}");
+}
+
 #[test]
 fn heat_maps_are_written() {
     let (_guard, folder) = folder();

@@ -11,9 +11,9 @@ use crate::{Camera, Departure, Facing, Ray, Status, World};
 pub struct Chain {
     /// [`Status::TotallyReflected`] stands for a chain still inside the glass after the last bounce.
     pub status: Status,
-    /// Where it left the glass for the last time, metres; zero unless it left.
+    /// Where it left the glass for the last time, or was at the last bounce, metres; zero where no surface lay ahead inside.
     pub origin: DVec3,
-    /// Its direction from there, unit; zero unless it left.
+    /// Its direction from there, unit; zero where no surface lay ahead inside.
     pub exit: DVec3,
     /// Interfaces met.
     pub bounces: u32,
@@ -23,6 +23,11 @@ pub struct Chain {
 
 /// Follows one ray over at most `bounces` interfaces. The first interface refracts; nothing is reflected but totally.
 pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
+    follow(world, ray, bounces, false)
+}
+
+/// `until_out`: to where the light first leaves the body, whatever it meets after that.
+fn follow(world: &World, ray: &Ray, bounces: u32, until_out: bool) -> Chain {
     let Some(first) = world.first_glass(ray) else { return Chain::default() };
     if world.bodies[first.body].thin {
         // Straight on through the sheet, as `trace_two` goes.
@@ -44,6 +49,10 @@ pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
         inside = (facing == Facing::Front) != refracted.tir;
         ray = Ray { origin: contact.hit.position, direction: refracted.direction };
         chain.bounces += 1;
+        let left = Chain { status: Status::Left, origin: ray.origin, exit: ray.direction, ..chain };
+        if until_out && !inside {
+            return left;
+        }
         let from = Departure::Element(contact.hit.element);
         let next = if inside {
             world.next_glass(&ray, contact.body, from, Some(contact.body))
@@ -51,14 +60,10 @@ pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
             world.next_glass(&ray, contact.body, from, None)
         };
         let Some(next) = next else {
-            return if inside {
-                Chain { status: Status::NoExit, ..chain }
-            } else {
-                Chain { status: Status::Left, origin: ray.origin, exit: ray.direction, ..chain }
-            };
+            return if inside { Chain { status: Status::NoExit, ..chain } } else { left };
         };
         if chain.bounces >= bounces {
-            return chain;
+            return Chain { origin: ray.origin, exit: ray.direction, ..chain };
         }
         contact = next;
     }
@@ -67,4 +72,9 @@ pub fn trace_all(world: &World, ray: &Ray, bounces: u32) -> Chain {
 /// The chain through the centre of every pixel, row by row from the upper left, over at most `bounces` interfaces.
 pub fn all_interfaces(world: &World, camera: &Camera, bounces: u32) -> Vec<Chain> {
     (0..camera.pixels()).into_par_iter().map(|pixel| trace_all(world, &camera.pixel_ray(pixel), bounces)).collect()
+}
+
+/// The same to where the light first leaves the body that it entered: total reflection is followed, re-entry is not.
+pub fn until_out(world: &World, camera: &Camera, bounces: u32) -> Vec<Chain> {
+    (0..camera.pixels()).into_par_iter().map(|pixel| follow(world, &camera.pixel_ray(pixel), bounces, true)).collect()
 }

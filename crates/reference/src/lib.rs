@@ -6,6 +6,7 @@
 //! |---|---|
 //! | [`two_interfaces`] | the path that the two-interface methods approximate: first front face, refract, first exit, refract |
 //! | [`all_interfaces`] | every interface, total reflection and re-entry up to a limit; no reflection at entry |
+//! | [`until_out`] | the same without re-entry |
 //! | [`path_picture`] | the whole picture: reflections, environment, opaque things that reflect one another, lamps |
 //! | [`caustic_map`], [`trace_photons`] | light on a plane or on opaque things, by class, every watt accounted for |
 //!
@@ -25,7 +26,7 @@ mod two;
 mod world;
 
 pub use camera::Camera;
-pub use chain::{Chain, all_interfaces, trace_all};
+pub use chain::{Chain, all_interfaces, trace_all, until_out};
 pub use hit::{Departure, Facing, Hit, Ray};
 pub use mesh::{InvalidMesh, TriangleMesh};
 pub use path::{Fade, PathPicture, PathScene, PathSettings, PhotonMap, path_picture};

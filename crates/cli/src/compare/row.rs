@@ -142,8 +142,13 @@ impl RefractionRow {
 
     /// Method, steps and variant, as `--methods` reads them.
     pub fn label(&self) -> String {
-        [&[self.method, &self.steps.to_string()], &self.variant[..]].concat().join(":")
+        label(self.method, self.steps, &self.variant)
     }
+}
+
+/// A method, its steps and its variant, as `--methods` reads them.
+pub fn label(method: &str, steps: u32, variant: &[&str]) -> String {
+    [&[method, &steps.to_string()], variant].concat().join(":")
 }
 
 /// The rows for people.

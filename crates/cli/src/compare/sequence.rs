@@ -9,6 +9,7 @@ use murano_refraction::Refraction;
 use murano_render::{Settings, Stage};
 use serde::Serialize;
 
+use super::row::label;
 use crate::{
     terminal::{Progress, Table},
     trial::{Subject, Truth},
@@ -41,7 +42,7 @@ pub struct SequenceRow {
 impl SequenceRow {
     /// Method, steps and variant, as `--methods` reads them.
     pub fn label(&self) -> String {
-        [&[self.method, &self.steps.to_string()], &self.variant[..]].concat().join(":")
+        label(self.method, self.steps, &self.variant)
     }
 
     /// Change from frame to frame over the truth's.

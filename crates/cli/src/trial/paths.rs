@@ -9,7 +9,7 @@ use murano_metrics::{
 use murano_optics::{critical_clamp, reflected};
 use murano_reference::{
     Ball, Chain, Fade, Landing, PathScene, PathSettings, PhotonMap, PhotonTracing, Receiver, Status, TwoInterfaces,
-    World, all_interfaces, path_picture, trace_photons, two_interfaces,
+    World, all_interfaces, path_picture, trace_photons, two_interfaces, until_out,
 };
 use murano_refraction::{Interfaces, Refraction, TirPolicy};
 use murano_render::Aov;
@@ -99,8 +99,11 @@ impl Truth {
             paths.iter().any(|path| path.status != Status::NoGlass),
             "the camera sees no glass from outside, so there is nothing to compare; change --camera"
         );
-        let followed = tir == TirPolicy::Trace || interfaces == Interfaces::All;
-        let chains = if followed { all_interfaces(&world, &camera, MOST_INTERFACES) } else { Vec::new() };
+        let chains = match (interfaces, tir) {
+            (Interfaces::All, _) => all_interfaces(&world, &camera, MOST_INTERFACES),
+            (Interfaces::Two, TirPolicy::Trace) => until_out(&world, &camera, MOST_INTERFACES),
+            (Interfaces::Two, _) => Vec::new(),
+        };
         let sample = |(pixel, path): (usize, &TwoInterfaces)| match chains.get(pixel) {
             Some(chain) if interfaces == Interfaces::All => chain_sample(path, chain),
             chain => traced_sample(&world, path, tir, chain),
@@ -230,6 +233,11 @@ fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
 /// Interfaces that a path is followed over where it is followed on.
 const MOST_INTERFACES: u32 = 8;
 
+/// Where the light leaves, or goes on to at the last bounce; `None` where it came to no end.
+fn direction_at_end(chain: &Chain) -> Option<DVec3> {
+    (chain.exit != DVec3::ZERO).then_some(chain.exit)
+}
+
 fn chain_sample(path: &TwoInterfaces, chain: &Chain) -> PathSample {
     PathSample {
         status: chain.status as u8,
@@ -237,7 +245,7 @@ fn chain_sample(path: &TwoInterfaces, chain: &Chain) -> PathSample {
         t1: path.t1,
         p2: chain.origin,
         n2: path.n2,
-        exit: if chain.status == Status::Left { chain.exit } else { path.t1 },
+        exit: direction_at_end(chain).unwrap_or(path.t1),
         length: chain.path_length,
     }
 }
@@ -251,7 +259,7 @@ fn traced_sample(world: &World, path: &TwoInterfaces, tir: TirPolicy, chain: Opt
             TirPolicy::Pass => path.t1,
             TirPolicy::Clamp => critical_clamp(path.t1, -path.n2, world.bodies[path.body].ior),
             TirPolicy::Reflect => reflected(path.t1, path.n2),
-            TirPolicy::Trace => chain.filter(|chain| chain.status == Status::Left).map_or(path.t1, |chain| chain.exit),
+            TirPolicy::Trace => chain.and_then(direction_at_end).unwrap_or(path.t1),
         },
     };
     PathSample {
