@@ -11,6 +11,10 @@ use crate::{Caustics, Lamp, Method};
 
 /// Bytes of a photon: origin, flux, direction, length.
 const PHOTON_BYTES: u64 = 32;
+/// Bytes of a photon's differential: entry and cell, bounces, a 3x2 matrix of points and one of directions.
+const DIFFERENTIAL_BYTES: u64 = 96;
+/// Bytes of a landing: texel, whether it landed, a 2x2 matrix.
+const LANDING_BYTES: u64 = 32;
 /// Fixed-point units that the whole grid may carry: even if all of it met in one texel, u32 could hold it.
 const CAPACITY: f64 = (1_u64 << 30) as f64;
 
@@ -22,12 +26,25 @@ struct EmitParams {
 }
 
 #[derive(ShaderType)]
-struct DepositParams {
-    absorption: Vec3,
+struct LandingParams {
     photon_count: u32,
-    tint: Vec3,
     units: f32,
     reach: f32,
+}
+
+#[derive(ShaderType)]
+struct DepositParams {
+    absorption: Vec3,
+    photons: u32,
+    tint: Vec3,
+    units: f32,
+    size: UVec2,
+}
+
+#[derive(ShaderType)]
+struct ResolveParams {
+    size: UVec2,
+    watts: f32,
 }
 
 #[derive(ShaderType)]
@@ -53,6 +70,15 @@ pub struct Cast<'a> {
     pub glass: &'a Glass,
     /// Origin of render space.
     pub origin: DVec3,
+}
+
+/// What the pass `emit` provides.
+#[derive(Clone, Copy, Debug)]
+pub struct Photons {
+    /// `caustics::photon::Photon`, a cell of the grid each.
+    photons: Output,
+    /// `caustics::photon::PhotonDifferential` of each, where the method wants them.
+    differentials: Option<Output>,
 }
 
 /// Deposited caustics of one cast.
@@ -92,21 +118,27 @@ pub fn emit(
     cast: &Cast<'_>,
     caustics: &Caustics,
     refraction: &Refraction,
-) -> Result<Output, GpuError> {
-    let shader = gpu.shader(&traced("caustics::emit", refraction, cast.glass, cast.map.thickness.is_some()))?;
+) -> Result<Photons, GpuError> {
+    let differentials = caustics.method.wants_differentials();
+    let spec = traced("caustics::emit", refraction, cast.glass, cast.map.thickness.is_some());
+    let shader = gpu.shader(&spec.feature("differentials", differentials))?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
         ior: cast.glass.ior as f32,
         photons: caustics.photons,
     };
-    let pass = ComputePass::new("emit", cast.instance)
+    let count = texels([caustics.photons; 2]);
+    let mut pass = ComputePass::new("emit", cast.instance)
         .value("params", &params)
         .value("lamp", &cast.lamp.emission(cast.viewpoint))
-        .output("photons", PHOTON_BYTES * texels([caustics.photons; 2]));
+        .output("photons", PHOTON_BYTES * count);
+    if differentials {
+        pass = pass.cleared_output("differentials", DIFFERENTIAL_BYTES * count);
+    }
     let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
-    Ok(outputs[0])
+    Ok(Photons { photons: outputs[0], differentials: outputs.get(1).copied() })
 }
 
 /// Adds the pass `deposit:instance`: lands the photons on the receivers that the lamp sees and sums their flux.
@@ -118,42 +150,63 @@ pub fn deposit(
     plan: &mut Plan<Work>,
     cast: &Cast<'_>,
     caustics: &Caustics,
-    photons: Output,
+    photons: Photons,
     receivers: Output,
     reach: f64,
 ) -> Result<CausticMap, GpuError> {
-    let land = gpu.shader(&ShaderSpec::new("caustics::deposit"))?;
-    let filter = gpu.shader(&ShaderSpec::new("caustics::filter"))?;
     let viewpoint = &cast.lamp.receivers;
     let photon_count = caustics.photons * caustics.photons;
     let units = CAPACITY / most_flux(cast.viewpoint);
-    let params = DepositParams {
-        absorption: cast.glass.absorption.into(),
-        photon_count,
-        tint: cast.glass.tint.into(),
-        units: units as f32,
-        reach: reach as f32,
-    };
-    let sigma = match caustics.method {
-        // Half of the 7x7 kernel: smooth enough that single photons do not show, narrow enough to end within it.
-        Method::Splat => 1.75,
-    };
+    let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
-    let tiles = Groups::tiles(viewpoint.size);
-    let outputs = ComputePass::new("deposit", cast.instance)
-        .value("params", &params)
-        .value("kernel", &Kernel { size: UVec2::from_array(viewpoint.size), watts: (1.0 / units) as f32, sigma })
+    let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
+    let monochrome = grey(cast.glass.absorption) && grey(cast.glass.tint);
+    let shader = |root: &'static str| {
+        let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
+        gpu.shader(&spec.feature("monochrome", monochrome))
+    };
+    let over_photons = Groups::linear(photon_count as usize, 64);
+    let over_map = Groups::tiles(viewpoint.size);
+    let mut pass = ComputePass::new("deposit", cast.instance)
+        .value("landing_params", &LandingParams { photon_count, units: units as f32, reach: reach as f32 })
+        .value(
+            "params",
+            &DepositParams {
+                absorption: cast.glass.absorption.into(),
+                photons: caustics.photons,
+                tint: cast.glass.tint.into(),
+                units: units as f32,
+                size,
+            },
+        )
         .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
-        .input("photons", photons)
+        .input("photons", photons.photons)
         .input("receivers", receivers)
-        .scratch("flux", 12 * count)
-        .scratch("rows", 16 * count)
+        .workspace("landings", LANDING_BYTES * u64::from(photon_count))
+        .scratch("flux", if monochrome { 4 * count } else { 12 * count })
         .output("caustic_map", 16 * count)
-        .cleared_output("account", 8)
-        .dispatch(&land, "main", Groups::linear(photon_count as usize, 64))
-        .dispatch(&filter, "horizontal", tiles)
-        .dispatch(&filter, "vertical", tiles)
-        .add_to(plan)?;
+        .cleared_output("account", 8);
+    if let Some(differentials) = photons.differentials {
+        pass = pass.input("differentials", differentials);
+    }
+    pass = pass.dispatch(&shader("caustics::land")?, "main", over_photons);
+    let watts = (1.0 / units) as f32;
+    pass = match caustics.method {
+        Method::Splat => {
+            let filter = shader("caustics::filter")?;
+            // Half of the 7x7 kernel: smooth enough that single photons do not show, narrow enough to end within it.
+            pass.value("kernel", &Kernel { size, watts, sigma: 1.75 })
+                .workspace("rows", 16 * count)
+                .dispatch(&shader("caustics::splat")?, "main", over_photons)
+                .dispatch(&filter, "horizontal", over_map)
+                .dispatch(&filter, "vertical", over_map)
+        }
+        Method::Footprint => pass
+            .value("resolve_params", &ResolveParams { size, watts })
+            .dispatch(&shader("caustics::footprint")?, "main", over_photons)
+            .dispatch(&shader("caustics::resolve")?, "main", over_map),
+    };
+    let outputs = pass.add_to(plan)?;
     Ok(CausticMap { flux: outputs[0], account: outputs[1], watts_per_unit: 1.0 / units })
 }
 
@@ -181,19 +234,29 @@ mod tests {
         .unwrap();
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);
-        let deposit = Shader::link(&ShaderSpec::new("caustics::deposit")).unwrap();
+        let land = Shader::link(&ShaderSpec::new("caustics::land").feature("differentials", true)).unwrap();
+        check_uniform_layout!(land, "Params", LandingParams { photon_count: 1, units: 2.0, reach: 3.0 }).unwrap();
+        let bytes = |name: &str| {
+            let layout = land.structs.iter().find(|layout| layout.name == name).unwrap();
+            u64::from(layout.size)
+        };
+        assert_eq!(bytes("Landing"), LANDING_BYTES);
+        assert_eq!(bytes("PhotonDifferential"), DIFFERENTIAL_BYTES);
+        let deposit = Shader::link(&ShaderSpec::new("caustics::footprint")).unwrap();
         check_uniform_layout!(
             deposit,
             "Params",
             DepositParams {
                 absorption: Vec3::new(1.0, 2.0, 3.0),
-                photon_count: 4,
+                photons: 4,
                 tint: Vec3::new(5.0, 6.0, 7.0),
                 units: 8.0,
-                reach: 9.0,
+                size: UVec2::new(9, 10),
             }
         )
         .unwrap();
+        let resolve = Shader::link(&ShaderSpec::new("caustics::resolve")).unwrap();
+        check_uniform_layout!(resolve, "Params", ResolveParams { size: UVec2::new(1, 2), watts: 3.0 }).unwrap();
         let filter = Shader::link(&ShaderSpec::new("caustics::filter")).unwrap();
         check_uniform_layout!(filter, "Kernel", Kernel { size: UVec2::new(1, 2), watts: 3.0, sigma: 4.0 }).unwrap();
     }

@@ -7,16 +7,25 @@ use murano_refraction::UnknownName;
 pub enum Method {
     /// Fixed-size Gaussian splats (Wyman), as a bilinear deposit followed by one separable Gaussian.
     Splat,
+    /// Every photon lays the parallelogram that its cell covers on the receiver, by the ray's differential, with the area it shares
+    /// with each texel (Igehy 1999 for the differential).
+    Footprint,
 }
 
 impl Method {
     /// Every method there is.
-    pub const ALL: [Self; 1] = [Self::Splat];
+    pub const ALL: [Self; 2] = [Self::Splat, Self::Footprint];
+
+    /// Whether its photons tell how their rays differ from cell to cell.
+    pub(crate) fn wants_differentials(self) -> bool {
+        self == Self::Footprint
+    }
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Splat => "splat",
+            Self::Footprint => "footprint",
         }
     }
 }

@@ -135,6 +135,7 @@ pub fn traced(root: &'static str, refraction: &Refraction, glass: &Glass, thickn
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
         .feature("tree", refraction.method.traces())
+        .feature("meshed", refraction.method.knows_triangles())
         .feature("view_distance", refraction.normal_distance == NormalDistance::View)
         .feature("uncorrected", refraction.uncorrected)
 }

@@ -54,6 +54,11 @@ impl Method {
         matches!(self, Self::Layers | Self::Exact)
     }
 
+    /// Whether it ends on triangles of the deformed body, not on texels of a map.
+    pub fn knows_triangles(self) -> bool {
+        matches!(self, Self::Walk | Self::Layers | Self::Exact)
+    }
+
     /// Whether it traces rays through the body's [`crate::TriangleTree`].
     pub fn traces(self) -> bool {
         self == Self::Exact
