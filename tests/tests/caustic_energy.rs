@@ -128,7 +128,7 @@ fn a_ball_sends_the_light_it_refracts_and_all_of_it_lands() {
         for (name, lamp, truth) in &lamps {
             for photons in PHOTONS {
                 let account = account(&mut renderer, &request(from_above(5.0, 2.0), 16, lamp.clone(), photons));
-                let mapped: f64 = account.map.iter().map(|texel| f64::from(texel[0])).sum();
+                let mapped: f64 = account.map.iter().chain(&account.detail).map(|texel| f64::from(texel[0])).sum();
                 eprintln!(
                     "{name}, floor {distance} below, {photons}^2 photons: truth {truth:.5} W, sent {:.5}, landed {:.5}, \
                      mapped {mapped:.5}",
@@ -159,11 +159,15 @@ fn the_brightest_texel_at_the_focus_is_on_the_axis() {
     for (name, lamp) in [("sun", sunlight()), ("spot", spot(0.45, 0.5))] {
         for photons in PHOTONS {
             let account = account(&mut renderer, &request(from_above(5.0, 2.0), 16, lamp.clone(), photons));
-            let brightest = (0..account.map.len()).max_by(|a, b| account.map[*a][0].total_cmp(&account.map[*b][0]));
+            let brightest =
+                (0..account.detail.len()).max_by(|a, b| account.detail[*a][0].total_cmp(&account.detail[*b][0]));
             let brightest = brightest.expect("a map has texels") as u32;
-            // The axis passes the corner of the four texels in the middle.
-            let from_axis = |texel: u32| (f64::from(texel) + 0.5 - f64::from(MAP_SIZE) / 2.0).abs();
-            let (x, y) = (from_axis(brightest % MAP_SIZE), from_axis(brightest / MAP_SIZE));
+            // The axis passes the middle of the lamp's view.
+            let from_axis = |texel: u32, axis: usize| {
+                let [offset, scale] = [account.detail_offset[axis], account.detail_scale[axis]].map(f64::from);
+                (f64::from(texel) + 0.5 - scale * (f64::from(MAP_SIZE) / 2.0 - offset)).abs()
+            };
+            let (x, y) = (from_axis(brightest % MAP_SIZE, 0), from_axis(brightest / MAP_SIZE, 1));
             eprintln!("{name}, {photons}^2 photons: brightest texel {x}, {y} texels off the axis");
             assert!(x <= 1.0 && y <= 1.0, "{name}, {photons}^2: {x}, {y} texels off");
         }

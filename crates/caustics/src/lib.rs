@@ -9,6 +9,6 @@ mod receive;
 mod settings;
 
 pub use lamp::{Emission, Lamp, cone_cosines};
-pub use photons::{Cast, CausticMap, Photons, deposit, emit, light_map_size};
+pub use photons::{Cast, CausticMap, Photons, deposit, emit, level_texels, light_map_size};
 pub use receive::receive;
 pub use settings::{Caustics, Method};

@@ -13,6 +13,12 @@ use crate::{Caustics, Lamp, Method};
 const PHOTON_BYTES: u64 = 32;
 /// Bytes of a photon's differential: entry and cell, bounces, a 3x2 matrix of points and one of directions.
 const DIFFERENTIAL_BYTES: u64 = 96;
+/// Bins of the light along both axes of the lamp's view.
+const MARGINAL_BYTES: u64 = 2 * 4 * 256;
+/// Levels of a caustic map.
+const LEVELS: u64 = 2;
+/// Sums of each, over 1 to 32 texels along a side.
+const MIPS: u32 = 6;
 /// Bytes of a landing: texel, whether it landed, a 2x2 matrix.
 const LANDING_BYTES: u64 = 32;
 /// Fixed-point units that the whole grid may carry: even if all of it met in one texel, u32 could hold it.
@@ -38,6 +44,16 @@ struct DepositParams {
     photons: u32,
     tint: Vec3,
     units: f32,
+    size: UVec2,
+}
+
+#[derive(ShaderType)]
+struct DetailParams {
+    size: UVec2,
+}
+
+#[derive(ShaderType)]
+struct PyramidParams {
     size: UVec2,
 }
 
@@ -84,8 +100,12 @@ pub struct Photons {
 /// Deposited caustics of one cast.
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
-    /// `vec4f` a texel of the lamp's receiver viewpoint: watts for a lamp of intensity 1, RGB.
+    /// `vec4f` a texel: watts for a lamp of intensity 1, RGB. Of the lamp's receiver viewpoint, then of as many texels the part
+    /// of it where the light lands; what a photon brings is in one of them. Each is followed by its sums over 2 to 32 texels along a
+    /// side ([`level_texels`] in all).
     pub flux: Output,
+    /// Where that part lies, four `f32`: its corner in texels of the whole view, and its texels over those of the whole view.
+    pub detail: Output,
     /// Two `u32`: fixed-point flux sent out of the glass and landed, before absorption.
     pub account: Output,
     /// Watts per fixed-point unit of `account`.
@@ -100,6 +120,11 @@ pub fn light_map_size(photons: u32) -> u32 {
         multiple += 2;
     }
     photons * multiple
+}
+
+/// Texels of one level of a caustic map with its sums.
+pub fn level_texels([width, height]: [u32; 2]) -> u64 {
+    (0..MIPS).map(|mip| texels([width, height].map(|side| side.div_ceil(1 << mip)))).sum()
 }
 
 /// The most flux that a viewpoint's picture can carry for a lamp of intensity 1, watts.
@@ -166,7 +191,7 @@ pub fn deposit(
         gpu.shader(&spec.feature("monochrome", monochrome))
     };
     let over_photons = Groups::linear(photon_count as usize, 64);
-    let over_map = Groups::tiles(viewpoint.size);
+    let over_map = Groups::Direct([size.x.div_ceil(8), size.y.div_ceil(8), LEVELS as u32]);
     let mut pass = ComputePass::new("deposit", cast.instance)
         .value("landing_params", &LandingParams { photon_count, units: units as f32, reach: reach as f32 })
         .value(
@@ -183,20 +208,25 @@ pub fn deposit(
         .input("photons", photons.photons)
         .input("receivers", receivers)
         .workspace("landings", LANDING_BYTES * u64::from(photon_count))
-        .scratch("flux", if monochrome { 4 * count } else { 12 * count })
-        .output("caustic_map", 16 * count)
-        .cleared_output("account", 8);
+        .value("detail_params", &DetailParams { size })
+        .value("pyramid_params", &PyramidParams { size })
+        .scratch("marginals", MARGINAL_BYTES)
+        .scratch("flux", LEVELS * count * if monochrome { 4 } else { 12 })
+        .output("caustic_map", LEVELS * 16 * level_texels(viewpoint.size))
+        .cleared_output("account", 8)
+        .output("detail", 16);
     if let Some(differentials) = photons.differentials {
         pass = pass.input("differentials", differentials);
     }
     pass = pass.dispatch(&shader("caustics::land")?, "main", over_photons);
+    pass = pass.dispatch(&shader("caustics::detail")?, "main", Groups::Direct([1; 3]));
     let watts = (1.0 / units) as f32;
     pass = match caustics.method {
         Method::Splat => {
             let filter = shader("caustics::filter")?;
             // Half of the 7x7 kernel: smooth enough that single photons do not show, narrow enough to end within it.
             pass.value("kernel", &Kernel { size, watts, sigma: 1.75 })
-                .workspace("rows", 16 * count)
+                .workspace("rows", LEVELS * 16 * count)
                 .dispatch(&shader("caustics::splat")?, "main", over_photons)
                 .dispatch(&filter, "horizontal", over_map)
                 .dispatch(&filter, "vertical", over_map)
@@ -206,8 +236,10 @@ pub fn deposit(
             .dispatch(&shader("caustics::footprint")?, "main", over_photons)
             .dispatch(&shader("caustics::resolve")?, "main", over_map),
     };
-    let outputs = pass.add_to(plan)?;
-    Ok(CausticMap { flux: outputs[0], account: outputs[1], watts_per_unit: 1.0 / units })
+    let [blocks_x, blocks_y] = viewpoint.size.map(|side| side.div_ceil(32));
+    let blocks = Groups::Direct([blocks_x, blocks_y, LEVELS as u32]);
+    let outputs = pass.dispatch(&shader("caustics::pyramid")?, "main", blocks).add_to(plan)?;
+    Ok(CausticMap { flux: outputs[0], account: outputs[1], detail: outputs[2], watts_per_unit: 1.0 / units })
 }
 
 #[cfg(test)]
@@ -255,6 +287,10 @@ mod tests {
             }
         )
         .unwrap();
+        let detail = Shader::link(&ShaderSpec::new("caustics::detail")).unwrap();
+        check_uniform_layout!(detail, "Params", DetailParams { size: UVec2::new(1, 2) }).unwrap();
+        let pyramid = Shader::link(&ShaderSpec::new("caustics::pyramid")).unwrap();
+        check_uniform_layout!(pyramid, "Params", PyramidParams { size: UVec2::new(1, 2) }).unwrap();
         let resolve = Shader::link(&ShaderSpec::new("caustics::resolve")).unwrap();
         check_uniform_layout!(resolve, "Params", ResolveParams { size: UVec2::new(1, 2), watts: 3.0 }).unwrap();
         let filter = Shader::link(&ShaderSpec::new("caustics::filter")).unwrap();

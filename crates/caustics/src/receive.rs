@@ -6,7 +6,7 @@ use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Viewpoint, texels};
 use murano_scheduler::{Output, Plan};
 
-use crate::Cast;
+use crate::{Cast, CausticMap};
 
 #[derive(ShaderType)]
 struct Params {
@@ -14,8 +14,7 @@ struct Params {
 }
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
-/// the share of direct light that passes all casters so far (w). `before` is the pass of the lamp's previous caster;
-/// `caustic_map` the flux of [`crate::CausticMap`].
+/// the share of direct light that passes all casters so far (w). `before` is the pass of the lamp's previous caster.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -25,7 +24,7 @@ pub fn receive(
     cast: &Cast<'_>,
     eye: &Viewpoint,
     surfaces: Output,
-    caustic_map: Option<Output>,
+    caustic_map: Option<&CausticMap>,
     before: Option<Output>,
 ) -> Result<Output, GpuError> {
     let back = cast.map.back.filter(|_| cast.glass.thin);
@@ -50,7 +49,7 @@ pub fn receive(
         pass = pass.input("received_before", before);
     }
     if let Some(caustic_map) = caustic_map {
-        pass = pass.input("caustic_map", caustic_map);
+        pass = pass.input("caustic_map", caustic_map.flux).input("detail", caustic_map.detail);
     }
     Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
 }

@@ -121,9 +121,9 @@ impl FramePlan<'_> {
             let photons = emit(gpu, plan, &cast, caustics, refraction)?;
             let deposited = deposit(gpu, plan, &cast, caustics, photons, receivers, self.reach)?;
             self.accounts.push(deposited);
-            caustic_map = Some(deposited.flux);
+            caustic_map = Some(deposited);
         }
-        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map, before)?))
+        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map.as_ref(), before)?))
     }
 
     #[allow(clippy::too_many_arguments)]

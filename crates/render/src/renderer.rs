@@ -2,7 +2,9 @@
 
 use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, LoopMode, Pose, clip_time};
+use murano_caustics::level_texels;
 use murano_gpu::{Executed, Gpu, GpuError, Work};
+use murano_refraction::texels;
 use murano_scene::{PlacedLight, Projection};
 use murano_scheduler::{History, Output, Plan};
 
@@ -144,7 +146,7 @@ impl Renderer {
         let executed = self.gpu.execute(&plan, &targets, &mut History::new(), Skipping::On)?;
         Ok(meshes
             .into_iter()
-            .zip(executed.targets.chunks(2))
+            .zip(executed.targets.chunks(3))
             .map(|((geometry, origin), buffers)| DeformedMesh {
                 positions: aov::rows(&buffers[0], geometry.vertices.len()).map(|p| origin + p.truncate()).collect(),
                 normals: aov::rows(&buffers[1], geometry.vertices.len()).map(DVec4::truncate).collect(),
@@ -170,20 +172,29 @@ impl Renderer {
             fade_centre: self.fade_centre,
         };
         let planned = frame::plan(&stock, &pose, request)?;
-        let targets: Vec<Output> =
-            planned.accounts.iter().flat_map(|deposited| [deposited.account, deposited.flux]).collect();
+        let targets: Vec<Output> = planned
+            .accounts
+            .iter()
+            .flat_map(|deposited| [deposited.account, deposited.flux, deposited.detail])
+            .collect();
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, Skipping::On)?;
-        let texels = request.caustics.map_or(0, |caustics| (caustics.map_size as usize).pow(2));
+        let size = [request.caustics.map_or(0, |caustics| caustics.map_size); 2];
+        let (finest, level) = (texels(size) as usize, level_texels(size) as usize);
         Ok(planned
             .accounts
             .iter()
-            .zip(executed.targets.chunks(2))
+            .zip(executed.targets.chunks(3))
             .map(|(deposited, buffers)| {
                 let units: &[u32] = bytemuck::cast_slice(&buffers[0]);
+                let levels: Vec<[f32; 4]> = bytemuck::cast_slice(&buffers[1]).to_vec();
+                let place: &[f32] = bytemuck::cast_slice(&buffers[2]);
                 CausticAccount {
                     sent: f64::from(units[0]) * deposited.watts_per_unit,
                     landed: f64::from(units[1]) * deposited.watts_per_unit,
-                    map: bytemuck::cast_slice(&buffers[1]).iter().copied().take(texels).collect(),
+                    map: levels[..finest].to_vec(),
+                    detail: levels[level..level + finest].to_vec(),
+                    detail_offset: [place[0], place[1]],
+                    detail_scale: [place[2], place[3]],
                 }
             })
             .collect())
@@ -197,8 +208,14 @@ pub struct CausticAccount {
     pub sent: f64,
     /// Watts that met a receiver within the lamp's view.
     pub landed: f64,
-    /// The map: watts a texel, RGB and a zero, row by row.
+    /// The lamp's whole view: watts a texel, RGB and a zero, row by row.
     pub map: Vec<[f32; 4]>,
+    /// The part of it where the light lands, in as many texels: what is not in `map`.
+    pub detail: Vec<[f32; 4]>,
+    /// The corner of that part, texels of the whole view.
+    pub detail_offset: [f32; 2],
+    /// Its texels over those of the whole view, along each axis.
+    pub detail_scale: [f32; 2],
 }
 
 fn gather(planned: &Planned, executed: &Executed, pixels: usize) -> crate::Aov {
