@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use glam::{DVec3, Vec3, Vec4};
 use murano_caustics::{Caustics, Method as CausticsMethod};
 use murano_gpu::Gpu;
-use murano_refraction::{Method, Refraction, TirPolicy};
+use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
 use murano_render::{
     Floor, Frame, FrameRequest, PlacedLight, Renderer, Settings, Skipping, Stage, ToneMap, View, World,
 };
@@ -16,7 +16,8 @@ use murano_scene::{
 use murano_tests::bench::{asset, gpu, renderer, still, vectors};
 
 const SIZE: [u32; 2] = [96, 96];
-const CAUSTICS: Caustics = Caustics { method: CausticsMethod::Splat, photons: 24, map_size: 64 };
+const CAUSTICS: Caustics =
+    Caustics { method: CausticsMethod::Splat, photons: 24, map_size: 64, interfaces: Interfaces::All };
 
 /// The dancer on her floor under her light, small.
 fn dancer() -> (World, FrameRequest) {

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat4, DVec3, Vec3};
 use murano_caustics::{Caustics, Method};
 use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
-use murano_refraction::Refraction;
+use murano_refraction::{Interfaces, Refraction};
 use murano_render::{CausticAccount, Floor, Frame, FrameRequest, PlacedLight, Renderer, View, World};
 use murano_scene::{Environment, Light, LightKind, Projection, Scene, look_along};
 use murano_tests::bench::{ExrLayers, asset, glass_body, gpu, renderer, scalars, shared, still};
@@ -62,7 +62,7 @@ fn from_above(height: f64, half_extent: f64) -> View {
 fn request(view: View, size: u32, lamp: PlacedLight, photons: u32) -> FrameRequest {
     FrameRequest {
         lights: vec![lamp],
-        caustics: Some(Caustics { method: Method::Splat, photons, map_size: MAP_SIZE }),
+        caustics: Some(Caustics { method: Method::Splat, photons, map_size: MAP_SIZE, interfaces: Interfaces::Two }),
         ..still(view, [size, size], Refraction::default())
     }
 }

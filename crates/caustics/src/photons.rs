@@ -4,7 +4,7 @@ use encase::ShaderType;
 use glam::{DVec3, Mat4, UVec2, Vec3};
 use murano_animation::Bounds;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Glass, InterfaceMap, Refraction, Viewpoint, texels, traced, with_maps};
+use murano_refraction::{Glass, InterfaceMap, Interfaces, Refraction, Spectrum, Viewpoint, texels, traced, with_maps};
 use murano_scheduler::{Output, Plan};
 
 use crate::{Caustics, Lamp, Method};
@@ -29,6 +29,9 @@ struct EmitParams {
     render_from_view: Mat4,
     ior: f32,
     photons: u32,
+    mirrored: u32,
+    branches: u32,
+    two_only: u32,
 }
 
 #[derive(ShaderType)]
@@ -36,6 +39,7 @@ struct LandingParams {
     photon_count: u32,
     units: f32,
     reach: f32,
+    cell_area: f32,
 }
 
 #[derive(ShaderType)]
@@ -45,6 +49,9 @@ struct DepositParams {
     tint: Vec3,
     units: f32,
     size: UVec2,
+    grids: u32,
+    mirrored: u32,
+    branches: u32,
 }
 
 #[derive(ShaderType)]
@@ -91,10 +98,36 @@ pub struct Cast<'a> {
 /// What the pass `emit` provides.
 #[derive(Clone, Copy, Debug)]
 pub struct Photons {
-    /// `caustics::photon::Photon`, a cell of the grid each.
-    photons: Output,
+    /// `caustics::photon::Photon`, a cell of a grid each, grid after grid.
+    rays: Output,
     /// `caustics::photon::PhotonDifferential` of each, where the method wants them.
     differentials: Option<Output>,
+    grids: Grids,
+}
+
+/// The grids of photons: what light of a cell becomes.
+#[derive(Clone, Copy, Debug)]
+struct Grids {
+    /// 1 where the first is of what the first interface mirrors.
+    mirrored: u32,
+    /// Of each wavelength.
+    branches: u32,
+    spectrum: Option<Spectrum>,
+}
+
+impl Grids {
+    fn of(glass: &Glass, caustics: &Caustics, refraction: &Refraction) -> Self {
+        let all = caustics.interfaces == Interfaces::All;
+        Self {
+            mirrored: u32::from(all && refraction.reflection),
+            branches: if all { refraction.branches_followed() } else { 1 },
+            spectrum: Spectrum::of(glass, refraction),
+        }
+    }
+
+    fn count(&self) -> u32 {
+        self.mirrored + self.branches * self.spectrum.map_or(1, |spectrum| spectrum.count)
+    }
 }
 
 /// Deposited caustics of one cast.
@@ -146,13 +179,18 @@ pub fn emit(
 ) -> Result<Photons, GpuError> {
     let differentials = caustics.method.wants_differentials();
     let spec = traced("caustics::emit", refraction, cast.glass, cast.map.thickness.is_some());
-    let shader = gpu.shader(&spec.feature("differentials", differentials))?;
+    let grids = Grids::of(cast.glass, caustics, refraction);
+    let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
+    let shader = gpu.shader(&spec)?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
         ior: cast.glass.ior as f32,
         photons: caustics.photons,
+        mirrored: grids.mirrored,
+        branches: grids.branches,
+        two_only: u32::from(caustics.interfaces == Interfaces::Two),
     };
-    let count = texels([caustics.photons; 2]);
+    let count = u64::from(grids.count()) * texels([caustics.photons; 2]);
     let mut pass = ComputePass::new("emit", cast.instance)
         .value("params", &params)
         .value("lamp", &cast.lamp.emission(cast.viewpoint))
@@ -160,10 +198,13 @@ pub fn emit(
     if differentials {
         pass = pass.cleared_output("differentials", DIFFERENTIAL_BYTES * count);
     }
+    if let Some(spectrum) = &grids.spectrum {
+        pass = pass.value("spectrum", spectrum);
+    }
     let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
-    Ok(Photons { photons: outputs[0], differentials: outputs.get(1).copied() })
+    Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })
 }
 
 /// Adds the pass `deposit:instance`: lands the photons on the receivers that the lamp sees and sums their flux.
@@ -180,20 +221,31 @@ pub fn deposit(
     reach: f64,
 ) -> Result<CausticMap, GpuError> {
     let viewpoint = &cast.lamp.receivers;
-    let photon_count = caustics.photons * caustics.photons;
+    let grids = photons.grids;
+    let photon_count = grids.count() * caustics.photons * caustics.photons;
     let units = CAPACITY / most_flux(cast.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
-    let monochrome = grey(cast.glass.absorption) && grey(cast.glass.tint);
+    let dispersive = grids.spectrum.is_some();
+    let monochrome = grey(cast.glass.absorption) && grey(cast.glass.tint) && !dispersive;
     let shader = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
-        gpu.shader(&spec.feature("monochrome", monochrome))
+        gpu.shader(&spec.feature("monochrome", monochrome).feature("dispersive", dispersive))
     };
     let over_photons = Groups::linear(photon_count as usize, 64);
     let over_map = Groups::Direct([size.x.div_ceil(8), size.y.div_ceil(8), LEVELS as u32]);
     let mut pass = ComputePass::new("deposit", cast.instance)
-        .value("landing_params", &LandingParams { photon_count, units: units as f32, reach: reach as f32 })
+        .value(
+            "landing_params",
+            &LandingParams {
+                photon_count,
+                units: units as f32,
+                reach: reach as f32,
+                cell_area: (most_flux(cast.viewpoint) / f64::from(caustics.photons).powi(2)
+                    * (count as f64 / most_flux(viewpoint))) as f32,
+            },
+        )
         .value(
             "params",
             &DepositParams {
@@ -202,10 +254,13 @@ pub fn deposit(
                 tint: cast.glass.tint.into(),
                 units: units as f32,
                 size,
+                grids: grids.count(),
+                mirrored: grids.mirrored,
+                branches: grids.branches,
             },
         )
         .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
-        .input("photons", photons.photons)
+        .input("photons", photons.rays)
         .input("receivers", receivers)
         .workspace("landings", LANDING_BYTES * u64::from(photon_count))
         .value("detail_params", &DetailParams { size })
@@ -217,6 +272,9 @@ pub fn deposit(
         .output("detail", 16);
     if let Some(differentials) = photons.differentials {
         pass = pass.input("differentials", differentials);
+    }
+    if let Some(spectrum) = &grids.spectrum {
+        pass = pass.value("spectrum", spectrum);
     }
     pass = pass.dispatch(&shader("caustics::land")?, "main", over_photons);
     pass = pass.dispatch(&shader("caustics::detail")?, "main", Groups::Direct([1; 3]));
@@ -261,13 +319,21 @@ mod tests {
                 render_from_view: Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0)),
                 ior: 1.0,
                 photons: 2,
+                mirrored: 3,
+                branches: 4,
+                two_only: 5,
             }
         )
         .unwrap();
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);
         let land = Shader::link(&ShaderSpec::new("caustics::land").feature("differentials", true)).unwrap();
-        check_uniform_layout!(land, "Params", LandingParams { photon_count: 1, units: 2.0, reach: 3.0 }).unwrap();
+        check_uniform_layout!(
+            land,
+            "Params",
+            LandingParams { photon_count: 1, units: 2.0, reach: 3.0, cell_area: 4.0 }
+        )
+        .unwrap();
         let bytes = |name: &str| {
             let layout = land.structs.iter().find(|layout| layout.name == name).unwrap();
             u64::from(layout.size)
@@ -284,6 +350,9 @@ mod tests {
                 tint: Vec3::new(5.0, 6.0, 7.0),
                 units: 8.0,
                 size: UVec2::new(9, 10),
+                grids: 11,
+                mirrored: 12,
+                branches: 13,
             }
         )
         .unwrap();

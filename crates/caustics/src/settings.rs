@@ -1,6 +1,6 @@
 //! What a caller may choose about caustics.
 
-use murano_refraction::UnknownName;
+use murano_refraction::{Interfaces, UnknownName};
 
 /// How landed photons become irradiance. The table every user-facing list is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -57,10 +57,13 @@ pub struct Caustics {
     pub photons: u32,
     /// Texels along each side of the caustic map.
     pub map_size: u32,
+    /// Which light lands: only what is refracted in and out and meets the body no more, or also what is mirrored off the body, totally
+    /// reflected inside or enters again, as far as the refraction method can follow it ([`Interfaces::All`]).
+    pub interfaces: Interfaces,
 }
 
 impl Default for Caustics {
     fn default() -> Self {
-        Self { method: Method::Splat, photons: 384, map_size: 512 }
+        Self { method: Method::Footprint, photons: 256, map_size: 512, interfaces: Interfaces::All }
     }
 }

@@ -153,6 +153,13 @@ pub struct ShotOptions {
     /// Texels along each side of the caustic map
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=8192), help_heading = "Glass")]
     caustic_size: Option<u32>,
+    /// Which light makes caustics: only what is refracted in and out, or also what the glass mirrors, reflects inside and lets in
+    /// again [default: all]
+    #[arg(
+        long, value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
+        help_heading = "Glass"
+    )]
+    caustic_interfaces: Option<Interfaces>,
 
     /// Reuse nothing: every pass that the picture needs is run
     #[arg(long, conflicts_with = "verify_skips", help_heading = "Scheduling")]
@@ -238,13 +245,13 @@ impl ShotOptions {
         self.method.is_some()
     }
 
-    /// Photons and size of the map of caustics, and their method, unless they are switched off.
-    pub fn caustics(&self) -> Caustics {
-        let usual = Caustics::default();
+    /// Photons and size of the map of caustics, their method and light, unless they are switched off.
+    pub fn caustics(&self, usual: Caustics) -> Caustics {
         Caustics {
             method: self.caustics.and_then(|choice| choice.0).unwrap_or(usual.method),
             photons: self.photons.unwrap_or(usual.photons),
             map_size: self.caustic_size.unwrap_or(usual.map_size),
+            interfaces: self.caustic_interfaces.unwrap_or(usual.interfaces),
         }
     }
 
@@ -264,7 +271,7 @@ impl ShotOptions {
             wavelengths: self.wavelengths.unwrap_or(default.refraction.wavelengths),
         };
         let off = self.caustics == Some(CausticsChoice(None));
-        let caustics = (!off).then(|| self.caustics());
+        let caustics = (!off).then(|| self.caustics(Caustics::default()));
         let skipping = match (self.no_skip, self.verify_skips) {
             (true, _) => Skipping::Off,
             (_, true) => Skipping::Verify,

@@ -11,7 +11,7 @@ mod tree;
 mod viewpoint;
 
 pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, interface_map, rasterise};
-pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, refract, traced, with_maps};
+pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, Spectrum, refract, traced, with_maps};
 pub use settings::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
     UnknownName,

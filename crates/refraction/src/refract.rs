@@ -76,17 +76,18 @@ struct Params {
     roughness: f32,
 }
 
-/// Wavelengths and what each adds to the picture.
-#[derive(ShaderType)]
-struct Spectrum {
-    count: u32,
+/// Wavelengths and what each adds to the picture (`refraction::spectrum::Spectrum`).
+#[derive(Clone, Copy, Debug, ShaderType)]
+pub struct Spectrum {
+    /// How many.
+    pub count: u32,
     /// RGB weight; w: index of refraction.
     samples: [Vec4; MOST_WAVELENGTHS as usize],
 }
 
 impl Spectrum {
     /// `None` where all wavelengths go the same way.
-    fn of(glass: &Glass, refraction: &Refraction) -> Option<Self> {
+    pub fn of(glass: &Glass, refraction: &Refraction) -> Option<Self> {
         let n_d = Ior::new(glass.ior).ok().filter(|_| glass.dispersion > 0.0)?;
         let count = refraction.wavelengths.min(MOST_WAVELENGTHS);
         // What is thinner than its surroundings has no formula, and the picture only one colour of each texel.

@@ -245,8 +245,14 @@ impl Refraction {
             && (self.tir == TirPolicy::Trace || self.interfaces == Interfaces::All)
     }
 
-    /// Paths that a pixel follows.
-    pub(crate) fn branches_followed(self) -> u32 {
+    /// These settings for light that is followed as far as the method can.
+    #[must_use]
+    pub fn followed(self) -> Self {
+        Self { interfaces: Interfaces::All, ..self }
+    }
+
+    /// Paths that a pixel, or a photon of each wavelength, follows.
+    pub fn branches_followed(self) -> u32 {
         if self.follows() && self.reflection { self.branches.clamp(1, MOST_BRANCHES) } else { 1 }
     }
 

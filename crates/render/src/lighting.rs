@@ -102,7 +102,8 @@ impl FramePlan<'_> {
             }
         };
         let gpu = self.stock.gpu;
-        let refraction = &body.refraction(&self.request.refraction);
+        // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
+        let refraction = &body.refraction(&self.request.refraction.followed());
         // A shadow needs no second interface.
         let layers = caustics.map_or(Layers::Nearest, |_| refraction.layers());
         let mapped = Mapped { shows_triangles: false, ..body.mapped };

@@ -146,7 +146,7 @@ impl Renderer {
         let executed = self.gpu.execute(&plan, &targets, &mut History::new(), Skipping::On)?;
         Ok(meshes
             .into_iter()
-            .zip(executed.targets.chunks(3))
+            .zip(executed.targets.chunks(2))
             .map(|((geometry, origin), buffers)| DeformedMesh {
                 positions: aov::rows(&buffers[0], geometry.vertices.len()).map(|p| origin + p.truncate()).collect(),
                 normals: aov::rows(&buffers[1], geometry.vertices.len()).map(DVec4::truncate).collect(),

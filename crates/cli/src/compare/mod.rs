@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use murano_caustics::Caustics;
 use murano_metrics::paths::Silhouette;
-use murano_refraction::{Method, Refraction};
+use murano_refraction::{Interfaces, Method, Refraction};
 use serde::Serialize;
 
 use crate::{
@@ -18,7 +18,7 @@ use crate::{
     failure::OverThreshold,
     options::{AdapterOption, ShotOptions},
     terminal::{say, say_json, watched},
-    trial::{CausticLight, CausticTrial, CausticTruth, RefractionTrial, Subject, Truth},
+    trial::{CausticTrial, CausticTruth, RefractionTrial, Subject, Truth},
     values::{self, FrameRange, MethodChoice},
 };
 use sequence::SequenceRow;
@@ -34,12 +34,23 @@ enum Reference {
     Path,
 }
 
+impl Reference {
+    /// Of the caustics that it holds for the truth, and of those that are compared unless others are asked for.
+    fn interfaces(self) -> Interfaces {
+        match self {
+            Self::Two => Interfaces::Two,
+            Self::Path => Interfaces::All,
+        }
+    }
+}
+
 /// Measures methods against ground truth: error beside time, a row a method
 ///
 /// The truth is traced on the CPU in f64 through the same pose and triangles. Angles are between directions after the
 /// glass, over the pixels where truth and method both leave it. FLIP and RMSE are of the environment seen along them, or
-/// with --reference path of the whole frame, which has one sample a pixel where the truth has smooth outlines and noise. Caustics are compared as irradiance on the floor, within the square around
-/// 95 % of the light.
+/// with --reference path of the whole frame, which has one sample a pixel where the truth has smooth outlines and noise. Caustics
+/// are compared as irradiance on the floor, within the square around 95 % of the light: of light that is refracted in and out, or
+/// with --reference path of all of it.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     murano compare assets/bumpy.glb --methods sir,isr:baked,isr:view,dir,newton,layers,exact\n  \
@@ -226,7 +237,8 @@ impl Arguments {
             match *choice {
                 MethodChoice::Refraction(choice) => refractions.push(choice.of(usual)),
                 MethodChoice::Caustics(method, photons) => {
-                    let usual = self.shot.caustics();
+                    let interfaces = self.reference.interfaces();
+                    let usual = self.shot.caustics(Caustics { interfaces, ..Caustics::default() });
                     caustics.push(Caustics { method, photons: photons.unwrap_or(usual.photons), ..usual });
                 }
             }
@@ -265,10 +277,7 @@ impl Arguments {
     }
 
     fn compare_caustics(&self, subject: &mut Subject, chosen: &[Caustics], comparison: &mut Comparison) -> Result<()> {
-        let light = match self.reference {
-            Reference::Two => CausticLight::TwoRefractions,
-            Reference::Path => CausticLight::All,
-        };
+        let light = self.reference.interfaces();
         let truth = watched("photons", |progress| CausticTruth::trace(subject, light, self.truth_photons, progress))?;
         for &caustics in chosen {
             let trial = CausticTrial::run(subject, &truth, caustics, self.runs as usize)

@@ -8,6 +8,7 @@ use murano_metrics::irradiance::{
     ridge_position,
 };
 use murano_reference::{PhotonClass, PhotonTracing, Receiver, Window, World, caustic_map, trace_photons};
+use murano_refraction::Interfaces;
 use murano_render::View;
 use murano_scene::{PlacedLight, Projection};
 
@@ -24,15 +25,6 @@ const SHARE: f64 = 0.95;
 /// Photons that find out where the light lands.
 const PILOT: u64 = 1 << 16;
 
-/// Which light counts as the truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CausticLight {
-    /// Refracted in and out, what two-interface methods draw.
-    TwoRefractions,
-    /// Everything that comes by way of the glass.
-    All,
-}
-
 /// The exact irradiance of a subject's caustic on its floor.
 pub struct CausticTruth {
     /// W/m^2, luminance, row by row.
@@ -43,13 +35,14 @@ pub struct CausticTruth {
 }
 
 impl CausticTruth {
-    /// Traces `photons` from the subject's lamp onto its floor.
+    /// Traces `photons` from the subject's lamp onto its floor: what was refracted in and out, or everything that comes by way of the
+    /// glass.
     ///
     /// # Errors
     /// If the subject has no floor, no lamp, or opaque things that would lie over the floor, or if no light lands.
     pub fn trace(
         subject: &Subject,
-        light: CausticLight,
+        interfaces: Interfaces,
         photons: u64,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self> {
@@ -64,9 +57,9 @@ impl CausticTruth {
         let window = window(&world, lamp, middle, floor.half_extent)?;
         let tracing = PhotonTracing { photons, ..PhotonTracing::default() };
         let traced = caustic_map(&world, lamp, window, &tracing, progress)?;
-        let counted = |class: &&PhotonClass| match light {
-            CausticLight::TwoRefractions => **class == PhotonClass::TwoRefractions,
-            CausticLight::All => true,
+        let counted = |class: &&PhotonClass| match interfaces {
+            Interfaces::Two => **class == PhotonClass::TwoRefractions,
+            Interfaces::All => true,
         };
         let sum = |by_class: &[Vec<DVec3>]| -> Vec<f64> {
             let classes = || PhotonClass::ALL.iter().filter(counted);

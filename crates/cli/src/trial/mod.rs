@@ -7,7 +7,7 @@ mod paths;
 mod subject;
 mod timing;
 
-pub use caustics::{CausticLight, CausticTrial, CausticTruth};
+pub use caustics::{CausticTrial, CausticTruth};
 pub use paths::{RefractionTrial, Truth};
 pub use subject::Subject;
 pub use timing::{Timing, time_deformation, time_frames};

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail};
 use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::Gpu;
-use murano_refraction::Refraction;
+use murano_refraction::{Interfaces, Refraction};
 use murano_render::{Settings, open_shot};
 use murano_scene::{ClipChoice, GlassBodies, ShotLightKind};
 use serde::Serialize;
@@ -21,14 +21,14 @@ use crate::{
     compare::{CausticRow, caustic_table},
     options::AdapterOption,
     terminal::{Progress, say, watched},
-    trial::{CausticLight, CausticTrial, CausticTruth, Subject},
+    trial::{CausticTrial, CausticTruth, Subject},
     values::{self, MethodChoice},
 };
 
 /// Run time against error of every caustics method
 ///
 /// Each model is made glass over a floor, lit by every light asked for. The irradiance that reaches the floor is compared
-/// with photons traced in f64: with the light that was refracted in and out, which is what the methods draw. Times are
+/// with photons traced in f64: with the light that was refracted in and out, or with --interfaces all with all of it. Times are
 /// medians of the passes from the light's interface map to the caustic map, with nothing reused.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
@@ -53,8 +53,14 @@ pub struct Arguments {
         default_value = "spot,directional"
     )]
     lights: Vec<ShotLightKind>,
+    /// Which light is drawn and counts as the truth: what is refracted in and out, or all that comes by way of the glass
+    #[arg(
+        long, value_name = "two|all", value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
+        default_value = "two"
+    )]
+    interfaces: Interfaces,
     /// Methods, of caustics
-    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "splat")]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "splat,footprint")]
     methods: Vec<MethodChoice>,
     /// Photons along a side
     #[arg(
@@ -86,6 +92,7 @@ struct Results {
     #[serde(flatten)]
     facts: Facts,
     runs: u32,
+    interfaces: &'static str,
     subjects: Vec<SubjectResult>,
     growth: Vec<Growth>,
 }
@@ -109,8 +116,13 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.output.prepare()?;
     let chosen = arguments.chosen()?;
     let mut gpu = arguments.adapter.open()?;
-    let mut results =
-        Results { facts: Facts::gather(&gpu), runs: arguments.runs, subjects: Vec::new(), growth: Vec::new() };
+    let mut results = Results {
+        facts: Facts::gather(&gpu),
+        runs: arguments.runs,
+        interfaces: arguments.interfaces.name(),
+        subjects: Vec::new(),
+        growth: Vec::new(),
+    };
     let count = arguments.inputs.len() * arguments.lights.len() * chosen.len();
     let mut progress = Progress::new("measurements", count as u64);
     for input in &arguments.inputs {
@@ -141,7 +153,9 @@ impl Arguments {
             };
             let photons = photons.map_or_else(|| self.photons.clone(), |photons| vec![photons]);
             for &map_size in &self.map_sizes {
-                for caustics in photons.iter().map(|&photons| Caustics { method, photons, map_size }) {
+                for caustics in
+                    photons.iter().map(|&photons| Caustics { method, photons, map_size, interfaces: self.interfaces })
+                {
                     if !chosen.contains(&caustics) {
                         chosen.push(caustics);
                     }
@@ -170,7 +184,7 @@ impl Arguments {
         let settings = Settings { refraction: Refraction::default(), ..Settings::default() };
         let mut subject = Subject::open(gpu, shot, &settings)?;
         let truth = watched("photons of the truth", |progress| {
-            CausticTruth::trace(&subject, CausticLight::TwoRefractions, self.truth_photons, progress)
+            CausticTruth::trace(&subject, self.interfaces, self.truth_photons, progress)
         })?;
         let mut pictures = vec![page::Portrait::of_truth(&truth)?];
         let mut rows = Vec::new();

@@ -48,7 +48,7 @@ pub fn page(results: &Results) -> Report {
     let mut blocks = vec![
         Block::Paragraph(
             "The irradiance that caustics add to the floor, within the square around 95 % of the light that was refracted in \
-             and out, against photons traced in f64. `r50` is the radius of the circle that holds half of the flux, over \
+             and out, against photons traced in f64: light of two interfaces or of all, as above. `r50` is the radius of the circle that holds half of the flux, over \
              the truth's; the ridge is where the caustic's bright lines lie. The truth's own noise is a lower bound of \
              what relative L1 can show. GPU time is that of the passes light_map, emit and deposit."
                 .into(),

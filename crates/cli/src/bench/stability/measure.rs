@@ -5,7 +5,7 @@ use glam::DVec3;
 use murano_animation::{Geometry, Pose, shown_primitives};
 use murano_caustics::{Caustics, Method as CausticsMethod};
 use murano_gpu::{Gpu, GpuError};
-use murano_refraction::{Method, Refraction};
+use murano_refraction::{Interfaces, Method, Refraction};
 use murano_render::{Aov, Floor, Frame, FrameRequest, RenderError, Renderer, Skipping, ToneMap, World};
 use murano_scene::{Environment, Scene};
 
@@ -15,7 +15,8 @@ use super::{
 };
 
 /// Photons and texels a side of the small caustics.
-const CAUSTICS: Caustics = Caustics { method: CausticsMethod::Splat, photons: 40, map_size: 96 };
+const CAUSTICS: Caustics =
+    Caustics { method: CausticsMethod::Splat, photons: 40, map_size: 96, interfaces: Interfaces::All };
 
 /// What one picture of one method came to.
 #[derive(Clone, Debug, Default)]
