@@ -336,13 +336,13 @@ fn limits(name: &str, interfaces: Interfaces) -> (f64, [f64; 2]) {
         ("sphere20k_directional", false) => (0.005, [0.024, 0.015]),
         ("sphere20k_directional", true) => (0.005, [0.026, 0.018]),
         ("bumpy20k_point", false) => (0.007, [0.108, 0.064]),
-        ("bumpy20k_point", true) => (0.035, [0.14, 0.093]),
+        ("bumpy20k_point", true) => (0.026, [0.135, 0.090]),
         ("bumpy20k_directional", false) => (0.005, [0.12, 0.069]),
-        ("bumpy20k_directional", true) => (0.045, [0.16, 0.11]),
+        ("bumpy20k_directional", true) => (0.024, [0.155, 0.098]),
         ("bunny_69k_point", false) => (0.008, [0.26, 0.14]),
-        ("bunny_69k_point", true) => (0.055, [0.28, 0.17]),
+        ("bunny_69k_point", true) => (0.039, [0.28, 0.17]),
         ("bunny_69k_directional", false) => (0.005, [0.22, 0.12]),
-        ("bunny_69k_directional", true) => (0.075, [0.26, 0.16]),
+        ("bunny_69k_directional", true) => (0.046, [0.26, 0.16]),
         _ => panic!("no limits are known for {name}"),
     }
 }

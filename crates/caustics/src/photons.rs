@@ -15,6 +15,8 @@ const PHOTON_BYTES: u64 = 32;
 const DIFFERENTIAL_BYTES: u64 = 96;
 /// Bins of the light along both axes of the lamp's view.
 const MARGINAL_BYTES: u64 = 2 * 4 * 256;
+/// Interfaces that a photon may meet: light that is reflected many times still counts where it lands.
+const MOST_INTERFACES: u32 = 16;
 /// Levels of a caustic map.
 const LEVELS: u64 = 2;
 /// Sums of each, over 1 to 32 texels along a side.
@@ -201,7 +203,7 @@ pub fn emit(
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
     }
-    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction)
+    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction, MOST_INTERFACES)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
     Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })

@@ -141,7 +141,8 @@ pub fn traced(root: &'static str, refraction: &Refraction, glass: &Glass, thickn
         .feature("uncorrected", refraction.uncorrected)
 }
 
-/// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads.
+/// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads. Paths that are
+/// followed on end at `most_interfaces`.
 pub fn with_maps(
     pass: ComputePass,
     map: &InterfaceMap,
@@ -149,6 +150,7 @@ pub fn with_maps(
     origin: DVec3,
     bounds: &Bounds,
     refraction: &Refraction,
+    most_interfaces: u32,
 ) -> ComputePass {
     let tir = match refraction.tir {
         TirPolicy::Pass => 0,
@@ -156,8 +158,6 @@ pub fn with_maps(
         TirPolicy::Reflect => 2,
         TirPolicy::Trace => 3,
     };
-    // Of a traced path: the first, up to six that reflect, and the one that it leaves through.
-    let most_interfaces = 8;
     let search = Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces };
     let mut pass =
         pass.value("map_viewpoint", &viewpoint.uniform(origin)).value("search", &search).input("front", map.front);
@@ -232,6 +232,9 @@ pub struct RefractRequest<'a> {
     pub aov: bool,
 }
 
+/// Of the eye's paths that are followed on: the first, up to six that reflect, and the one that they leave through.
+const MOST_INTERFACES: u32 = 8;
+
 /// `vec4f` rows a pixel of the paths output.
 pub const PATH_ROWS: usize = 6;
 
@@ -286,7 +289,7 @@ pub fn refract(
         .input("environment", environment)
         .output("colour", 16 * count)
         .output("cover", 4 * count);
-    let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction);
+    let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction, MOST_INTERFACES);
     if let Some(surface) = request.surface {
         pass = pass.input("glass_surface", surface);
     }
