@@ -5,6 +5,7 @@ use glam::{DMat4, DVec3, Vec3};
 use murano_animation::{LoopMode, Pose, clip_time};
 use murano_caustics::{Caustics, Method as CausticsMethod};
 use murano_metrics::irradiance::{IrradianceMap, energy_ratio, relative_l1};
+use murano_optics::{Ior, dispersed_ior, visible_spectrum};
 use murano_reference::{Camera, PhotonClass, PhotonTracing, Status, Window, caustic_map, two_interfaces};
 use murano_refraction::{Interfaces, Method, Refraction};
 use murano_render::{Floor, FrameRequest, PlacedLight, Renderer, Stage, View, World};
@@ -51,14 +52,18 @@ fn traced(scene: &Scene, pose: &Pose, lamps: &[PlacedLight], window: Window) -> 
     IrradianceMap::new(window.size, window.texel_area(), sum).expect("a map")
 }
 
-fn rendered(renderer: &mut Renderer, request: &FrameRequest, window: &Window, height: f64) -> IrradianceMap {
+/// The same, as it is drawn: red, green, blue.
+fn rendered(renderer: &mut Renderer, request: &FrameRequest, window: &Window, height: f64) -> [IrradianceMap; 3] {
     let request =
         FrameRequest { view: view_down(window, height), size: [FINER * TEXELS; 2], aov: true, ..request.clone() };
     let aov = renderer.render(&request).expect("a frame").aov.expect("asked for");
-    let green = vectors(&aov, "caustic").into_iter().map(|irradiance| irradiance.y.max(0.0));
+    let irradiance = vectors(&aov, "caustic");
     let area = window.texel_area() / f64::from(FINER * FINER);
-    let fine = IrradianceMap::new([FINER * TEXELS; 2], area, green.collect()).expect("a map");
-    fine.downsampled(FINER).expect("a whole number of pixels a texel")
+    std::array::from_fn(|channel| {
+        let values = irradiance.iter().map(|rgb| rgb[channel].max(0.0)).collect();
+        let fine = IrradianceMap::new([FINER * TEXELS; 2], area, values).expect("a map");
+        fine.downsampled(FINER).expect("a whole number of pixels a texel")
+    })
 }
 
 fn spot(position: DVec3, intensity: f32) -> PlacedLight {
@@ -73,7 +78,7 @@ fn spot(position: DVec3, intensity: f32) -> PlacedLight {
 /// twice, costs a tenth of the light and more. The balls stand so that none is in another's light.
 #[test]
 fn every_caster_and_every_lamp_throws_its_caustic() {
-    let mut world = glass_body(&asset("sphere.glb"), murano_optics::Ior::GLASS);
+    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
     let place = |translation: DVec3, scale: f64| {
         Local::Trs(Transform { translation, scale: DVec3::splat(scale), ..Transform::IDENTITY })
     };
@@ -99,7 +104,7 @@ fn every_caster_and_every_lamp_throws_its_caustic() {
         ..still(view_down(&window, 8.0), window.size, Refraction::default())
     };
     let mut renderer = renderer(gpu(), world);
-    let drawn = rendered(&mut renderer, &request, &window, 8.0);
+    let [_, drawn, _] = rendered(&mut renderer, &request, &window, 8.0);
     let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
     eprintln!("three balls, two lamps: energy {energy:.4}, relative L1 {l1:.3}");
     assert!((energy - 1.0).abs() < 0.02, "{energy}");
@@ -107,10 +112,56 @@ fn every_caster_and_every_lamp_throws_its_caustic() {
     assert!(l1 < 0.05, "{l1}");
     // And each by itself: without the other lamp, only its own caustic is there.
     let alone = FrameRequest { lights: vec![lamps[1].clone()], ..request };
-    let drawn = rendered(&mut renderer, &alone, &window, 8.0);
+    let [_, drawn, _] = rendered(&mut renderer, &alone, &window, 8.0);
     let truth = traced(&renderer_scene(&renderer), &Pose::rest(&renderer.world().scene), &lamps[1..], window);
     let energy = energy_ratio(&truth, &drawn).unwrap();
     assert!((energy - 1.0).abs() < 0.02, "the second lamp alone: {energy}");
+}
+
+/// A rainbow: each colour is where the photon tracer's light of its wavelengths is, and all of them together are white.
+#[test]
+fn a_dispersed_caustic_is_that_of_its_wavelengths() {
+    const WAVELENGTHS: u32 = 4;
+    const DISPERSION: f32 = 4.0;
+    let mut world = glass_body(&asset("bumpy.glb"), Ior::GLASS);
+    world.scene.materials.iter_mut().for_each(|material| material.dispersion = DISPERSION);
+    let floor = Floor { height: -1.3, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
+    world.floor = Some(floor);
+    let lamp = spot(DVec3::new(1.0, 6.0, 0.5), 100.0);
+    let window = window(&floor, 1.6);
+    let mut traced_world = murano_reference::World::of_scene(&world.scene, &Pose::rest(&world.scene)).expect("a world");
+    let mut truth = vec![DVec3::ZERO; window.texels()];
+    for sample in visible_spectrum(WAVELENGTHS as usize) {
+        traced_world.bodies[0].ior = dispersed_ior(Ior::GLASS, f64::from(DISPERSION), sample.wavelength).get();
+        let tracing = PhotonTracing { photons: 1_000_000, ..PhotonTracing::default() };
+        let map = caustic_map(&traced_world, &lamp, window, &tracing, &|_, _| {}).expect("a caustic");
+        for (sum, irradiance) in truth.iter_mut().zip(map.class(PhotonClass::TwoRefractions)) {
+            *sum += DVec3::from(sample.weight) * irradiance.y;
+        }
+    }
+    let request = FrameRequest {
+        lights: vec![lamp],
+        caustics: Some(Caustics { photons: 192, interfaces: Interfaces::Two, ..Caustics::default() }),
+        ..still(
+            view_down(&window, 8.0),
+            window.size,
+            Refraction { wavelengths: WAVELENGTHS, ..settings(Method::Layers, 5) },
+        )
+    };
+    let drawn = rendered(&mut renderer(gpu(), world), &request, &window, 8.0);
+    let truth: [IrradianceMap; 3] = std::array::from_fn(|channel| {
+        let values = truth.iter().map(|rgb| rgb[channel]).collect();
+        IrradianceMap::new(window.size, window.texel_area(), values).expect("a map")
+    });
+    for (channel, (drawn, truth)) in drawn.iter().zip(&truth).enumerate() {
+        let (energy, l1) = (energy_ratio(truth, drawn).unwrap(), relative_l1(truth, drawn).unwrap());
+        eprintln!("dispersed, channel {channel}: energy {energy:.4}, relative L1 {l1:.3}");
+        assert!((energy - 1.0).abs() < 0.01, "channel {channel}: energy {energy}");
+        assert!(l1 < 0.025, "channel {channel}: {l1}");
+    }
+    // Without dispersion, or with its ends exchanged, this would not be so.
+    let apart = relative_l1(&truth[0], &truth[2]).unwrap();
+    assert!(apart > 0.15, "red and blue lie in the same places: {apart}");
 }
 
 /// The scene without the floor that the renderer appends.
@@ -167,7 +218,7 @@ fn a_played_clip_is_never_stale() {
         let light = traced(&scene, &pose, &request.lights, window);
         // `newton` does not know what light goes on through another limb.
         let followed = FrameRequest { refraction: settings(Method::Layers, 5), ..request.clone() };
-        let drawn = rendered(&mut renderer, &followed, &window, 6.0 * stage.extent().radius);
+        let [_, drawn, _] = rendered(&mut renderer, &followed, &window, 6.0 * stage.extent().radius);
         let (energy, l1) = (energy_ratio(&light, &drawn).unwrap(), relative_l1(&light, &drawn).unwrap());
         eprintln!("at {share}: outline {differ:.5}, {angles}; caustic energy {energy:.3}, relative L1 {l1:.3}");
         // Between these moments the outline moves by tens of percents of the body.

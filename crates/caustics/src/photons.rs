@@ -62,6 +62,11 @@ struct DetailParams {
 }
 
 #[derive(ShaderType)]
+struct ComposeParams {
+    size: UVec2,
+}
+
+#[derive(ShaderType)]
 struct PyramidParams {
     size: UVec2,
 }
@@ -136,8 +141,7 @@ impl Grids {
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
     /// `vec4f` a texel: watts for a lamp of intensity 1, RGB. Of the lamp's receiver viewpoint, then of as many texels the part
-    /// of it where the light lands; what a photon brings is in one of them. Each is followed by its sums over 2 to 32 texels along a
-    /// side ([`level_texels`] in all).
+    /// of it where the light lands. Each is followed by its sums over 2 to 32 texels along a side ([`level_texels`] in all).
     pub flux: Output,
     /// Where that part lies, four `f32`: its corner in texels of the whole view, and its texels over those of the whole view.
     pub detail: Output,
@@ -266,9 +270,11 @@ pub fn deposit(
         .input("receivers", receivers)
         .workspace("landings", LANDING_BYTES * u64::from(photon_count))
         .value("detail_params", &DetailParams { size })
+        .value("compose_params", &ComposeParams { size })
         .value("pyramid_params", &PyramidParams { size })
         .scratch("marginals", MARGINAL_BYTES)
         .scratch("flux", LEVELS * count * if monochrome { 4 } else { 12 })
+        .workspace("laid", LEVELS * 16 * count)
         .output("caustic_map", LEVELS * 16 * level_texels(viewpoint.size))
         .cleared_output("account", 8)
         .output("detail", 16);
@@ -298,6 +304,7 @@ pub fn deposit(
     };
     let [blocks_x, blocks_y] = viewpoint.size.map(|side| side.div_ceil(32));
     let blocks = Groups::Direct([blocks_x, blocks_y, LEVELS as u32]);
+    pass = pass.dispatch(&shader("caustics::compose")?, "main", over_map);
     let outputs = pass.dispatch(&shader("caustics::pyramid")?, "main", blocks).add_to(plan)?;
     Ok(CausticMap { flux: outputs[0], account: outputs[1], detail: outputs[2], watts_per_unit: 1.0 / units })
 }
@@ -360,6 +367,8 @@ mod tests {
         .unwrap();
         let detail = Shader::link(&ShaderSpec::new("caustics::detail")).unwrap();
         check_uniform_layout!(detail, "Params", DetailParams { size: UVec2::new(1, 2) }).unwrap();
+        let compose = Shader::link(&ShaderSpec::new("caustics::compose")).unwrap();
+        check_uniform_layout!(compose, "Params", ComposeParams { size: UVec2::new(1, 2) }).unwrap();
         let pyramid = Shader::link(&ShaderSpec::new("caustics::pyramid")).unwrap();
         check_uniform_layout!(pyramid, "Params", PyramidParams { size: UVec2::new(1, 2) }).unwrap();
         let resolve = Shader::link(&ShaderSpec::new("caustics::resolve")).unwrap();

@@ -121,3 +121,36 @@ fn wrong_questions_are_refused_before_anything_is_measured() {
     std::fs::write(folder.join("file"), "").unwrap();
     refuses(&folder, &["bench", "animation", &sphere, "--html", "file/page.html"], &["file/page.html"]);
 }
+
+#[test]
+fn a_change_runs_what_depends_on_it_and_no_more() {
+    let swan = asset("swan.glb");
+    let small = ["--frames", "2", "--size", "48x48", "--photons", "24", "--caustic-size", "48"];
+    let (json, page) = bench(&[&["cache", swan.as_str()][..], &small[..]].concat());
+    let rows = json["rows"].as_array().unwrap();
+    let row = |scenario: &str, cache: &str| {
+        let fits = |row: &&Value| row["scenario"] == scenario && row["cache"] == cache && row["caustics"] == true;
+        rows.iter().find(fits).unwrap_or_else(|| panic!("no row `{scenario}`, {cache}"))
+    };
+    let ran = |row: &Value, pass: &str| {
+        let passes = row["passes"].as_array().unwrap();
+        passes.iter().find(|found| found["name"] == pass).map_or(0.0, |found| found["ran"].as_f64().unwrap())
+    };
+    for repeated in ["static", "paused clip", "looped clip"] {
+        assert_eq!(row(repeated, "on")["ran"], 0.0, "{repeated}");
+    }
+    for (scenario, emissions, deposits) in [
+        ("camera only", 0.0, 0.0),
+        ("light colour only", 0.0, 0.0),
+        ("light only", 1.0, 1.0),
+        ("receiver only", 0.0, 10.0),
+        ("one of ten casters", 1.0, 1.0),
+        ("everything", 1.0, 1.0),
+    ] {
+        let it = row(scenario, "on");
+        assert_eq!((ran(it, "emit"), ran(it, "deposit")), (emissions, deposits), "{scenario}: {it:#}");
+        assert_eq!(row(scenario, "off")["reused"], 0.0, "{scenario}");
+    }
+    assert!(json["static_ratio"].as_f64() > Some(0.0));
+    assert!(page.contains("one of ten casters") && page.contains("No pass ran"));
+}

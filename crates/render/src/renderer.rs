@@ -210,7 +210,7 @@ pub struct CausticAccount {
     pub landed: f64,
     /// The lamp's whole view: watts a texel, RGB and a zero, row by row.
     pub map: Vec<[f32; 4]>,
-    /// The part of it where the light lands, in as many texels: what is not in `map`.
+    /// The part of it where the light lands, in as many texels.
     pub detail: Vec<[f32; 4]>,
     /// The corner of that part, texels of the whole view.
     pub detail_offset: [f32; 2],

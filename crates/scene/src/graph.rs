@@ -37,6 +37,12 @@ pub enum Local {
     Matrix(DMat4),
 }
 
+impl Default for Local {
+    fn default() -> Self {
+        Self::Trs(Transform::IDENTITY)
+    }
+}
+
 impl Local {
     /// `parent_from_local` as a matrix.
     pub fn matrix(&self) -> DMat4 {
@@ -48,7 +54,7 @@ impl Local {
 }
 
 /// One node of the hierarchy.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Node {
     /// Name in the file, or empty.
     pub name: String,

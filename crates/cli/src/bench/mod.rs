@@ -1,6 +1,7 @@
 //! `murano bench`: what the program says of itself when it is measured.
 
 mod animation;
+mod cache;
 mod caustics;
 mod growth;
 mod output;
@@ -25,6 +26,7 @@ enum Kind {
     Refraction(refraction::Arguments),
     Caustics(caustics::Arguments),
     Animation(animation::Arguments),
+    Cache(cache::Arguments),
     Stability(stability::Arguments),
 }
 
@@ -33,6 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     match &arguments.kind {
         Kind::Caustics(arguments) => caustics::run(arguments),
         Kind::Animation(arguments) => animation::run(arguments),
+        Kind::Cache(arguments) => cache::run(arguments),
         Kind::Refraction(arguments) => refraction::run(arguments),
         Kind::Stability(arguments) => stability::run(arguments),
     }
