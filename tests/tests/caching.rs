@@ -17,7 +17,7 @@ use murano_tests::bench::{asset, gpu, renderer, still, vectors};
 
 const SIZE: [u32; 2] = [96, 96];
 const CAUSTICS: Caustics =
-    Caustics { method: CausticsMethod::Splat, photons: 24, map_size: 64, interfaces: Interfaces::All };
+    Caustics { method: CausticsMethod::Footprint, photons: 24, map_size: 64, interfaces: Interfaces::All };
 
 /// The dancer on her floor under her light, small.
 fn dancer() -> (World, FrameRequest) {

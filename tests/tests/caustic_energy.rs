@@ -239,6 +239,35 @@ fn the_picture_of_the_caustic_holds_the_flux_that_landed() {
     }
 }
 
+/// A lamp that creeps by a tenth of a map's texel a frame changes what the floor gets by about as much each time: nothing jumps
+/// from texel to texel, and neither does the level that is fitted to the light.
+#[test]
+fn light_that_creeps_changes_the_caustic_smoothly() {
+    const SIZE: u32 = 256;
+    let mut renderer = renderer(gpu(), ball_above(BELOW));
+    let at = |step: u32| {
+        // Beside the axis, on which photons meet the mesh's own edges.
+        let shift = 2e-4 * f64::from(step + 1);
+        let lamp =
+            light(LightKind::Spot { inner: 0.45, outer: 0.5 }, DVec3::new(shift, SPOT_HEIGHT, 0.0), DVec3::NEG_Y);
+        let mut request = request(from_above(-0.5 * (1.0 + BELOW), 0.6), SIZE, lamp, 128);
+        request.caustics = Some(Caustics { photons: 128, interfaces: Interfaces::Two, ..Caustics::default() });
+        request
+    };
+    let seen: Vec<Vec<f64>> =
+        (0..12).map(|step| scalars(&picture(&mut renderer, &at(step)).aov.expect("asked for"), "caustic")).collect();
+    let total: f64 = seen[0].iter().sum();
+    let change = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / total;
+    let steps: Vec<f64> = seen.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
+    let mean = steps.iter().sum::<f64>() / steps.len() as f64;
+    let largest = steps.iter().copied().fold(0.0, f64::max);
+    // What of it is wandering to and fro: the way in steps over the way as the crow flies.
+    let detour = steps.iter().sum::<f64>() / change(&seen[0], &seen[11]);
+    eprintln!("creeping light: mean change {mean:.5}, largest {largest:.5}, detour {detour:.3}");
+    assert!(largest < 1.5 * mean, "one step changes {largest}, the mean {mean}");
+    assert!(mean < 0.01, "{mean}");
+}
+
 #[test]
 fn clear_glass_of_index_1_changes_nothing() {
     let studio = || Environment::load(&asset("studio.hdr")).expect("the studio");

@@ -1,10 +1,10 @@
 //! A lamp as a viewpoint: what it sees of a caster, what it sees of the receivers.
 
 use encase::ShaderType;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 use murano_animation::Bounds;
 use murano_refraction::Viewpoint;
-use murano_scene::{LightKind, PlacedLight, look_along};
+use murano_scene::{LightKind, PlacedLight};
 
 /// Widest half-angle that one picture of a lamp covers, radians.
 const WIDEST: f64 = 1.3;
@@ -46,7 +46,7 @@ impl Lamp {
                 // Behind everything, so that all depths are positive; wide enough for what the casters throw.
                 let reach = 0.5 * scene.diameter() + casters.center().distance(scene.center()) + radius;
                 Viewpoint {
-                    world_from_view: look_along(casters.center() - axis * 2.0 * reach, axis),
+                    world_from_view: turned(&placed.world_from_light, casters.center() - axis * 2.0 * reach, axis),
                     perspective: false,
                     half_extent: DVec2::splat(4.0 * radius),
                     center: DVec2::ZERO,
@@ -66,7 +66,7 @@ impl Lamp {
                 let to = casters.center() - position;
                 let half = (3.0 * (radius / to.length().max(radius)).asin()).clamp(0.7, WIDEST);
                 Viewpoint {
-                    world_from_view: look_along(position, to),
+                    world_from_view: turned(&placed.world_from_light, position, to),
                     perspective: true,
                     half_extent: DVec2::splat(half.tan()),
                     center: DVec2::ZERO,
@@ -93,9 +93,10 @@ impl Lamp {
         let radius = 0.5 * caster.diameter();
         let to = caster.center() - position;
         let base = Viewpoint { size: [size, size], ..self.receivers };
+        let seen_from = &self.receivers.world_from_view;
         let viewpoint = match self.placed.light.kind {
             LightKind::Directional => Viewpoint {
-                world_from_view: look_along(caster.center() - axis * 2.0 * radius.max(1e-12), axis),
+                world_from_view: turned(seen_from, caster.center() - axis * 2.0 * radius.max(1e-12), axis),
                 near: 1e-3 * radius.max(1e-12),
                 ..base
             },
@@ -104,9 +105,9 @@ impl Lamp {
                 if outside > f64::from(outer) {
                     return Err("the caster is outside the light's cone");
                 }
-                Viewpoint { world_from_view: look_along(position, to), ..base }
+                Viewpoint { world_from_view: turned(seen_from, position, to), ..base }
             }
-            LightKind::Point => Viewpoint { world_from_view: look_along(position, to), ..base },
+            LightKind::Point => Viewpoint { world_from_view: turned(seen_from, position, to), ..base },
         };
         viewpoint.fitted(caster, 1.02).ok_or("the light is inside the caster's bounds")
     }
@@ -121,6 +122,16 @@ impl Lamp {
             axis: viewpoint.world_from_view.inverse().transform_vector3(axis).normalize_or(DVec3::NEG_Z).as_vec3(),
         }
     }
+}
+
+/// A view from a place along a direction, turned from another view by the shortest way: as light or body move about, its picture
+/// does not spin, as it would about the zenith if it were kept upright.
+fn turned(from: &DMat4, position: DVec3, forward: DVec3) -> DMat4 {
+    let back = from.z_axis.truncate().normalize_or(DVec3::Z);
+    let up = from.y_axis.truncate().reject_from_normalized(back).normalize_or(back.any_orthonormal_vector());
+    let rotation = DQuat::from_mat3(&DMat3::from_cols(up.cross(back), up, back));
+    let turn = DQuat::from_rotation_arc(-back, forward.normalize_or(-back));
+    DMat4::from_rotation_translation(turn * rotation, position)
 }
 
 /// Nearest depth of interest: a small part of the distance to the casters, a power of two so that a body moving about

@@ -55,7 +55,7 @@ impl Reference {
 #[command(after_help = "Examples:\n  \
     murano compare assets/bumpy.glb --methods sir,isr:baked,isr:view,dir,newton,layers,exact\n  \
     murano compare fox.glb --glass --time 0.4 --methods dir:5,dir:12,newton --heatmap out/heat\n  \
-    murano compare assets/bumpy.glb --methods splat:128,splat:512\n  \
+    murano compare assets/bumpy.glb --methods splat:512,footprint:128,footprint:256\n  \
     murano compare assets/sphere.glb --methods newton --threshold 0.05 --json\n  \
     murano compare fox.glb --glass --clip Run --methods dir,layers --frames 0..24 --threshold 1.1")]
 pub struct Arguments {

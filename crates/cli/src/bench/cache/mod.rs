@@ -115,7 +115,7 @@ impl Scenario {
         let mut request = subject.request.clone();
         // Only a looped clip comes back to where it was.
         let round = if self == Self::LoopedClip { frames } else { frames + 1 };
-        let share = f64::from(k) / f64::from(round);
+        let share = f64::from(k % round) / f64::from(round);
         let duration = subject.duration;
         let orbit = |view: View| {
             let turn = DMat4::from_translation(subject.centre)
@@ -135,15 +135,15 @@ impl Scenario {
             Self::Receiver => request.clip = Some(worlds::RECEIVER),
             Self::OneCaster => request.clip = Some(worlds::CASTER),
             Self::PausedClip => request.time = 0.3 * duration,
-            Self::LoopedClip => request.time = share.fract() * duration,
+            Self::LoopedClip => request.time = share * duration,
             Self::Everything => {
                 request.view = orbit(request.view);
                 moved(&mut request);
-                request.time = share.fract() * duration;
+                request.time = share * duration;
             }
         }
         if self.is_of_balls() {
-            request.time = share.fract() * duration;
+            request.time = share * duration;
         }
         request
     }

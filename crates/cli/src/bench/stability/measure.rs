@@ -16,7 +16,7 @@ use super::{
 
 /// Photons and texels a side of the small caustics.
 const CAUSTICS: Caustics =
-    Caustics { method: CausticsMethod::Splat, photons: 40, map_size: 96, interfaces: Interfaces::All };
+    Caustics { method: CausticsMethod::Footprint, photons: 40, map_size: 96, interfaces: Interfaces::All };
 
 /// What one picture of one method came to.
 #[derive(Clone, Debug, Default)]
