@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DMat4, DVec3, Vec3};
 use murano_caustics::{Caustics, Method};
+use murano_metrics::irradiance::IrradianceMap;
 use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
 use murano_refraction::{Interfaces, Refraction};
 use murano_render::{CausticAccount, Floor, Frame, FrameRequest, PlacedLight, Renderer, View, World};
@@ -260,9 +261,7 @@ fn light_that_creeps_changes_the_caustic_smoothly() {
     let steps: Vec<f64> = seen.windows(2).map(|pair| change(&pair[0], &pair[1])).collect();
     let mean = steps.iter().sum::<f64>() / steps.len() as f64;
     let largest = steps.iter().copied().fold(0.0, f64::max);
-    // What of it is wandering to and fro: the way in steps over the way as the crow flies.
-    let detour = steps.iter().sum::<f64>() / change(&seen[0], &seen[11]);
-    eprintln!("creeping light: mean change {mean:.5}, largest {largest:.5}, detour {detour:.3}");
+    eprintln!("creeping light: mean change {mean:.5}, largest {largest:.5}");
     assert!(largest < 1.5 * mean, "one step changes {largest}, the mean {mean}");
     assert!(mean < 0.01, "{mean}");
 }
@@ -344,17 +343,6 @@ fn reference(entry: &serde_json::Value) -> Reference {
     }
 }
 
-/// Sums of squares of pixels, so that a texel is its mean and not its middle.
-fn texels_of(pixels: &[f64], size: u32, finer: u32) -> Vec<f64> {
-    let wide = size * finer;
-    let mean = |texel: u32| {
-        let corner = [texel % size * finer, texel / size * finer];
-        let pixel = |k: u32| pixels[((corner[1] + k / finer) * wide + corner[0] + k % finer) as usize];
-        (0..finer * finer).map(pixel).sum::<f64>() / f64::from(finer * finer)
-    };
-    (0..size * size).map(mean).collect()
-}
-
 /// How far the energy in the window may be off, and the most relative L1 at 128^2 and 256^2 photons: what was measured plus a fifth.
 fn limits(name: &str, interfaces: Interfaces) -> (f64, [f64; 2]) {
     let all = interfaces == Interfaces::All;
@@ -396,7 +384,10 @@ fn caustics_agree_with_the_photon_tracer() {
                 let account = account(&mut renderer, &request);
                 request.size = [SIZE * FINER; 2];
                 let frame = picture(&mut renderer, &request);
-                let ours = texels_of(&scalars(&frame.aov.expect("asked for"), "caustic"), SIZE, FINER);
+                // A texel is the mean of its pixels, not its middle.
+                let pixels = scalars(&frame.aov.expect("asked for"), "caustic");
+                let fine = IrradianceMap::new(request.size, pixel / f64::from(FINER * FINER), pixels).expect("a map");
+                let ours = fine.downsampled(FINER).expect("a whole number of pixels a texel").values().to_vec();
                 let truth = if interfaces == Interfaces::Two { &twice } else { &all };
                 let energy = flux(&ours) / flux(truth);
                 let error = ours.iter().zip(truth).map(|(a, b)| (a - b).abs()).sum::<f64>() * pixel / flux(truth);
@@ -413,7 +404,8 @@ fn caustics_agree_with_the_photon_tracer() {
                 assert!(error <= most[grade], "{}, {photons}^2: {error} > {}", reference.name, most[grade]);
                 if interfaces == Interfaces::Two {
                     let sent = strength * account.sent;
-                    assert!(off(sent, reference.arrived) <= 0.01, "{}: {sent} W sent", reference.name);
+                    let most = if reference.name.starts_with("sphere") { 0.005 } else { 0.01 };
+                    assert!(off(sent, reference.arrived) <= most, "{}: {sent} W sent", reference.name);
                 }
             }
         }

@@ -125,11 +125,10 @@ struct Grids {
 impl Grids {
     fn of(glass: &Glass, caustics: &Caustics, refraction: &Refraction) -> Self {
         let all = caustics.interfaces == Interfaces::All;
-        Self {
-            mirrored: u32::from(all && refraction.reflection),
-            branches: if all { refraction.branches_followed() } else { 1 },
-            spectrum: Spectrum::of(glass, refraction),
-        }
+        let spectrum = Spectrum::of(glass, refraction);
+        // A grid of each of 16 wavelengths is as much as the smallest adapters' buffers hold.
+        let branches = if all && spectrum.is_none() { refraction.branches_followed() } else { 1 };
+        Self { mirrored: u32::from(all && refraction.reflection), branches, spectrum }
     }
 
     fn count(&self) -> u32 {
@@ -228,7 +227,9 @@ pub fn deposit(
 ) -> Result<CausticMap, GpuError> {
     let viewpoint = &cast.lamp.receivers;
     let grids = photons.grids;
-    let photon_count = grids.count() * caustics.photons * caustics.photons;
+    // More than u32 counts fit no device, which says so when it is asked for their buffer.
+    let photons_asked = u64::from(grids.count()) * texels([caustics.photons; 2]);
+    let photon_count = u32::try_from(photons_asked).unwrap_or(u32::MAX);
     let units = CAPACITY / most_flux(cast.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
@@ -268,7 +269,7 @@ pub fn deposit(
         .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
         .input("photons", photons.rays)
         .input("receivers", receivers)
-        .workspace("landings", LANDING_BYTES * u64::from(photon_count))
+        .workspace("landings", LANDING_BYTES * photons_asked)
         .value("detail_params", &DetailParams { size })
         .value("compose_params", &ComposeParams { size })
         .value("pyramid_params", &PyramidParams { size })
