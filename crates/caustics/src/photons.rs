@@ -236,10 +236,11 @@ pub fn deposit(
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
     let dispersive = grids.spectrum.is_some();
     let monochrome = grey(cast.glass.absorption) && grey(cast.glass.tint) && !dispersive;
-    let shader = |root: &'static str| {
+    let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
-        gpu.shader(&spec.feature("monochrome", monochrome).feature("dispersive", dispersive))
+        spec.feature("monochrome", monochrome).feature("dispersive", dispersive)
     };
+    let shader = |root: &'static str| gpu.shader(&spec(root));
     let over_photons = Groups::linear(photon_count as usize, 64);
     let over_map = Groups::Direct([size.x.div_ceil(8), size.y.div_ceil(8), LEVELS as u32]);
     let mut pass = ComputePass::new("deposit", cast.instance)
@@ -285,7 +286,9 @@ pub fn deposit(
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
     }
-    pass = pass.dispatch(&shader("caustics::land")?, "main", over_photons);
+    let shah = caustics.method == Method::Shah;
+    let land = gpu.shader(&spec("caustics::land").feature("iterated", shah))?;
+    pass = pass.dispatch(&land, "main", over_photons);
     pass = pass.dispatch(&shader("caustics::detail")?, "main", Groups::Direct([1; 3]));
     let watts = (1.0 / units) as f32;
     pass = match caustics.method {
@@ -298,10 +301,21 @@ pub fn deposit(
                 .dispatch(&filter, "horizontal", over_map)
                 .dispatch(&filter, "vertical", over_map)
         }
-        Method::Footprint => pass
+        Method::Shah => pass
             .value("resolve_params", &ResolveParams { size, watts })
-            .dispatch(&shader("caustics::footprint")?, "main", over_photons)
+            .dispatch(&gpu.shader(&spec("caustics::splat").feature("nearest", true))?, "main", over_photons)
             .dispatch(&shader("caustics::resolve")?, "main", over_map),
+        Method::Beams | Method::Footprint => {
+            // Both triangles of a cell, or one parallelogram.
+            let (cover, shapes) = match caustics.method {
+                Method::Beams => ("caustics::beams", 2),
+                _ => ("caustics::footprint", 1),
+            };
+            let lay = gpu.shader(&spec("caustics::lay").alias("caustics::cover", cover))?;
+            pass.value("resolve_params", &ResolveParams { size, watts })
+                .dispatch(&lay, "main", Groups::linear(photon_count as usize * shapes, 64))
+                .dispatch(&shader("caustics::resolve")?, "main", over_map)
+        }
     };
     let [blocks_x, blocks_y] = viewpoint.size.map(|side| side.div_ceil(32));
     let blocks = Groups::Direct([blocks_x, blocks_y, LEVELS as u32]);
@@ -350,7 +364,7 @@ mod tests {
         };
         assert_eq!(bytes("Landing"), LANDING_BYTES);
         assert_eq!(bytes("PhotonDifferential"), DIFFERENTIAL_BYTES);
-        let deposit = Shader::link(&ShaderSpec::new("caustics::footprint")).unwrap();
+        let deposit = Shader::link(&ShaderSpec::new("caustics::splat")).unwrap();
         check_uniform_layout!(
             deposit,
             "Params",

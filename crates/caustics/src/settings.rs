@@ -7,6 +7,12 @@ use murano_refraction::{Interfaces, UnknownName};
 pub enum Method {
     /// Fixed-size Gaussian splats (Wyman), as a bilinear deposit followed by one separable Gaussian.
     Splat,
+    /// Points, each for the texel that it is in, on receivers found by iteration over what the light sees (Shah, Konttinen and
+    /// Pattanaik 2007).
+    Shah,
+    /// The cells between photons as triangles where those land (Ernst, Akenine-Möller and Jensen 2005; Umenhoffer, Patow and
+    /// Szirmay-Kalos 2008).
+    Beams,
     /// Every photon lays the parallelogram that its cell covers on the receiver, by the ray's differential, with the area it shares
     /// with each texel (Igehy 1999 for the differential).
     Footprint,
@@ -14,17 +20,19 @@ pub enum Method {
 
 impl Method {
     /// Every method there is.
-    pub const ALL: [Self; 2] = [Self::Splat, Self::Footprint];
+    pub const ALL: [Self; 4] = [Self::Splat, Self::Shah, Self::Beams, Self::Footprint];
 
-    /// Whether its photons tell how their rays differ from cell to cell.
+    /// Whether its photons tell where they came from and how their rays differ from cell to cell.
     pub(crate) fn wants_differentials(self) -> bool {
-        self == Self::Footprint
+        matches!(self, Self::Beams | Self::Footprint)
     }
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Splat => "splat",
+            Self::Shah => "shah",
+            Self::Beams => "beams",
             Self::Footprint => "footprint",
         }
     }

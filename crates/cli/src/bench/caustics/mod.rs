@@ -60,7 +60,7 @@ pub struct Arguments {
     )]
     interfaces: Interfaces,
     /// Methods, of caustics
-    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "splat,footprint")]
+    #[arg(long, value_name = "A,B", value_delimiter = ',', default_value = "splat,shah,beams,footprint")]
     methods: Vec<MethodChoice>,
     /// Photons along a side
     #[arg(
