@@ -44,6 +44,18 @@ pub fn glass_body(model: &Path, ior: Ior) -> World {
     shot.glass.bodies = GlassBodies::All;
     shot.glass.ior = Some(ior.get());
     shot.glass.attenuation_distance = Some(f32::INFINITY);
+    alone(shot)
+}
+
+/// A model of the materials that it has, alone in the dark.
+///
+/// # Panics
+/// If the model does not load.
+pub fn body(model: &Path) -> World {
+    alone(Shot::for_model(model))
+}
+
+fn alone(mut shot: Shot) -> World {
     shot.environment = EnvironmentChoice::Absent;
     shot.floor.level = FloorLevel::Absent;
     Stage::open(shot).unwrap_or_else(|error| panic!("{error}")).0

@@ -132,6 +132,26 @@ fn skipping_changes_no_bit() {
 }
 
 #[test]
+fn a_mirror_s_caustic_is_as_well_kept_as_one_of_glass() {
+    let (world, stage) = Stage::open(Shot::for_model(&asset("ring.glb"))).expect("the ring");
+    let request = stage.request(0.0, &Settings { aov: true, caustics: Some(CAUSTICS), ..Settings::default() });
+    let request = FrameRequest { size: SIZE, ..request };
+    let mut renderer = renderer(gpu(), world);
+    let first = render(&mut renderer, &request);
+    assert!(ran(&first).is_superset(&BTreeSet::from(["light_map", "emit", "deposit", "receive"])));
+    let caustic = vectors(first.aov.as_ref().expect("asked for"), "caustic");
+    assert!(caustic.iter().any(|light| light.max_element() > 0.0), "the ring throws no light");
+    let orbit = render(&mut renderer, &orbited(&request, 0.2));
+    assert_reused(&orbit, &["deform", "light_map", "receivers", "emit", "deposit"], "orbit");
+    let moved = lit_from_beside(&request, 0.1);
+    let warm = render(&mut renderer, &moved);
+    assert_equal(&warm, &render(&mut renderer, &FrameRequest { skipping: Skipping::Verify, ..moved }), "verified");
+    let dark = render(&mut renderer, &FrameRequest { caustics: None, ..request });
+    assert!(!ran(&dark).contains("emit"), "photons without caustics");
+    assert!(dark.passes.iter().any(|pass| pass.name == "deform:1" && pass.decision == "culled"));
+}
+
+#[test]
 fn a_light_s_colour_reaches_the_picture_without_its_photons() {
     let (world, request) = dancer();
     let mut renderer = renderer(gpu(), world);

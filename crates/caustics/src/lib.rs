@@ -1,13 +1,15 @@
-//! Caustics: photons emitted through glass, landed on receivers, deposited into a caustic map.
+//! Caustics: photons emitted through glass or off mirrors, landed on receivers, deposited into a caustic map.
 //!
 //! The camera enters no pass before [`receive`]: a caustic map is a picture of the lamp's view. The light's colour and
 //! intensity multiply where the map is shown.
 
+mod caster;
 mod lamp;
 mod photons;
 mod receive;
 mod settings;
 
+pub use caster::{Caster, Mirror};
 pub use lamp::{Emission, Lamp, cone_cosines};
 pub use photons::{Cast, CausticMap, Photons, deposit, emit, level_texels, light_map_size};
 pub use receive::receive;

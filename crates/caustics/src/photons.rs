@@ -7,7 +7,7 @@ use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Glass, InterfaceMap, Interfaces, Refraction, Spectrum, Viewpoint, texels, traced, with_maps};
 use murano_scheduler::{Output, Plan};
 
-use crate::{Caustics, Lamp, Method};
+use crate::{Caster, Caustics, Lamp, Method};
 
 /// Bytes of a photon: origin, flux, direction, length.
 const PHOTON_BYTES: u64 = 32;
@@ -96,8 +96,8 @@ pub struct Cast<'a> {
     pub map: &'a InterfaceMap,
     /// The posed caster's bounds in the world.
     pub bounds: &'a Bounds,
-    /// Its glass.
-    pub glass: &'a Glass,
+    /// What it is made of.
+    pub caster: &'a Caster,
     /// Origin of render space.
     pub origin: DVec3,
 }
@@ -123,7 +123,14 @@ struct Grids {
 }
 
 impl Grids {
-    fn of(glass: &Glass, caustics: &Caustics, refraction: &Refraction) -> Self {
+    fn of(caster: &Caster, caustics: &Caustics, refraction: &Refraction) -> Self {
+        match caster {
+            Caster::Glass(glass) => Self::of_glass(glass, caustics, refraction),
+            Caster::Mirror(_) => Self { mirrored: 1, branches: 0, spectrum: None },
+        }
+    }
+
+    fn of_glass(glass: &Glass, caustics: &Caustics, refraction: &Refraction) -> Self {
         let all = caustics.interfaces == Interfaces::All;
         let spectrum = Spectrum::of(glass, refraction);
         // A grid of each of 16 wavelengths is as much as the smallest adapters' buffers hold.
@@ -183,13 +190,18 @@ pub fn emit(
     refraction: &Refraction,
 ) -> Result<Photons, GpuError> {
     let differentials = caustics.method.wants_differentials();
-    let spec = traced("caustics::emit", refraction, cast.glass, cast.map.thickness.is_some());
-    let grids = Grids::of(cast.glass, caustics, refraction);
+    let (thin, ior, mirror) = match cast.caster {
+        Caster::Glass(glass) => (glass.thin, glass.ior, false),
+        Caster::Mirror(_) => (false, 1.0, true),
+    };
+    let spec = traced("caustics::emit", refraction, thin, cast.map.thickness.is_some());
+    let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
+    let spec = spec.feature("mirror", mirror);
     let shader = gpu.shader(&spec)?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
-        ior: cast.glass.ior as f32,
+        ior: ior as f32,
         photons: caustics.photons,
         mirrored: grids.mirrored,
         branches: grids.branches,
@@ -235,10 +247,14 @@ pub fn deposit(
     let count = texels(viewpoint.size);
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
     let dispersive = grids.spectrum.is_some();
-    let monochrome = grey(cast.glass.absorption) && grey(cast.glass.tint) && !dispersive;
+    let (absorption, tint, mirror) = match *cast.caster {
+        Caster::Glass(glass) => (glass.absorption, glass.tint, false),
+        Caster::Mirror(mirror) => ([0.0; 3], mirror.reflectance, true),
+    };
+    let monochrome = grey(absorption) && grey(tint) && !dispersive;
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
-        spec.feature("monochrome", monochrome).feature("dispersive", dispersive)
+        spec.feature("monochrome", monochrome).feature("dispersive", dispersive).feature("mirror", mirror)
     };
     let shader = |root: &'static str| gpu.shader(&spec(root));
     let over_photons = Groups::linear(photon_count as usize, 64);
@@ -257,9 +273,9 @@ pub fn deposit(
         .value(
             "params",
             &DepositParams {
-                absorption: cast.glass.absorption.into(),
+                absorption: absorption.into(),
                 photons: caustics.photons,
-                tint: cast.glass.tint.into(),
+                tint: tint.into(),
                 units: units as f32,
                 size,
                 grids: grids.count(),
@@ -326,16 +342,13 @@ pub fn deposit(
 
 #[cfg(test)]
 mod tests {
-    use murano_gpu::{Shader, check_uniform_layout};
-    use murano_scene::Material;
-
     use super::*;
+    use crate::Mirror;
+    use murano_gpu::{Shader, check_uniform_layout};
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let emit =
-            Shader::link(&traced("caustics::emit", &Refraction::default(), &Glass::of(&Material::glass(1.5)), false))
-                .unwrap();
+        let emit = Shader::link(&traced("caustics::emit", &Refraction::default(), false, false)).unwrap();
         check_uniform_layout!(
             emit,
             "Params",
@@ -349,6 +362,8 @@ mod tests {
             }
         )
         .unwrap();
+        let off_mirrors = traced("caustics::emit", &Mirror::refraction(), false, false).feature("differentials", true);
+        Shader::link(&off_mirrors.feature("mirror", true)).unwrap();
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);
         let land = Shader::link(&ShaderSpec::new("caustics::land").feature("differentials", true)).unwrap();

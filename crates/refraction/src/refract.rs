@@ -125,13 +125,13 @@ impl Method {
     }
 }
 
-/// The shader of a root module that imports `package::refraction::path`, with these settings' method in place for this glass.
+/// The shader of a root module that imports `package::refraction::path`, with these settings' method in place.
 ///
-/// `thickness` is whether the maps have it ([`InterfaceMap::thickness`]).
-pub fn traced(root: &'static str, refraction: &Refraction, glass: &Glass, thickness: bool) -> ShaderSpec {
+/// `thin` is whether the body is a sheet ([`Glass::thin`]), `thickness` whether the maps have it ([`InterfaceMap::thickness`]).
+pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, thickness: bool) -> ShaderSpec {
     ShaderSpec::new(root)
         .alias("refraction::method", refraction.method.module())
-        .feature("thin", glass.thin)
+        .feature("thin", thin)
         .feature("thickness", thickness)
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
@@ -256,7 +256,7 @@ pub fn refract(
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
     let spectrum = Spectrum::of(request.glass, request.refraction);
-    let spec = traced("refraction::refract", request.refraction, request.glass, map.thickness.is_some())
+    let spec = traced("refraction::refract", request.refraction, request.glass.thin, map.thickness.is_some())
         .feature("screen", request.refraction.method == Method::Screen)
         .feature("dispersive", spectrum.is_some())
         .feature("surface_map", request.surface.is_some())
@@ -338,8 +338,7 @@ mod tests {
             .map(|(tir, interfaces)| with(tir, interfaces))
         });
         for refraction in combinations {
-            let glass = Glass::of(&Material::glass(1.5));
-            let spec = traced("refraction::refract", &refraction, &glass, refraction.bakes())
+            let spec = traced("refraction::refract", &refraction, false, refraction.bakes())
                 .feature("screen", refraction.method == Method::Screen)
                 .feature("dispersive", refraction.method != Method::Screen);
             let shader = Shader::link(&spec).unwrap();

@@ -3,7 +3,7 @@
 use glam::{DVec3, DVec4, Vec4};
 use murano_refraction::PATH_ROWS;
 
-use crate::{AOV_LAYERS, Aov, AovLayer};
+use crate::{AOV_LAYERS, Aov, AovLayer, lighting::LIGHT_ROWS};
 
 /// The buffers that the layers come from.
 pub(crate) struct Layers<'a> {
@@ -76,10 +76,11 @@ impl Layers<'_> {
         let mut direct = DVec3::ZERO;
         let mut arrived = DVec3::ZERO;
         for light in self.lights {
-            caustic += row(light, 2 * index).truncate().as_dvec3();
-            let unshadowed = row(light, 2 * index + 1);
-            direct += unshadowed.truncate().as_dvec3();
-            arrived += unshadowed.truncate().as_dvec3() * f64::from(unshadowed.w);
+            let [thrown, unshadowed, share] =
+                std::array::from_fn(|r| row(light, LIGHT_ROWS * index + r).truncate().as_dvec3());
+            caustic += thrown;
+            direct += unshadowed;
+            arrived += unshadowed * share;
         }
         let share = |c: usize| if direct[c] > 0.0 { arrived[c] / direct[c] } else { 1.0 };
         Pixel { path, colour: row(self.colour, index), caustic, shadow: DVec3::new(share(0), share(1), share(2)) }

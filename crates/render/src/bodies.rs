@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3, Vec4};
 use murano_animation::{Geometry, GeometryError, GeometryLeaves, Instance, Pose, deform_f64, shown_primitives};
+use murano_caustics::Mirror;
 use murano_gpu::Leaf;
 use murano_refraction::{Glass, TriangleTree};
 use murano_scene::{Local, Material, Mesh, Node, NodeIndex, Primitive, Scene, Transform};
@@ -66,6 +67,13 @@ impl Body {
     }
 }
 
+/// A polished metal body: its shading is part of [`Opaque`]'s, its caustics are its own.
+pub(crate) struct MirrorBody {
+    pub(crate) geometry: Geometry,
+    pub(crate) leaves: GeometryLeaves,
+    pub(crate) mirror: Mirror,
+}
+
 /// Everything that is shaded.
 pub(crate) struct Opaque {
     pub(crate) geometry: Geometry,
@@ -122,30 +130,35 @@ fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize
     mesh.primitives.get(primitive)?.material.filter(|&index| index < scene.materials.len())
 }
 
-/// Splits what a scene shows into glass bodies and the rest.
-pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec<Body>, Opaque), GeometryError> {
+/// What a scene shows, sorted.
+pub(crate) struct Sorted {
+    pub(crate) bodies: Vec<Body>,
+    pub(crate) mirrors: Vec<MirrorBody>,
+    pub(crate) opaque: Opaque,
+}
+
+/// Splits what a scene shows into glass bodies and the rest, and tells what of that is polished metal.
+pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<Sorted, GeometryError> {
     let glass_of = |node, primitive| {
         let material = &scene.materials[material_of(scene, node, primitive)?];
         material.is_glass().then(|| Glass::of(material))
     };
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
-    let mut nodes: Vec<NodeIndex> = glass.iter().map(|&(node, _)| node).collect();
-    nodes.dedup();
-    let by_node = nodes.len() <= MOST_BODIES;
     // Primitives of one node that refract alike are one body: a closed surface may be cut into several materials.
-    type Key = (Option<NodeIndex>, Glass);
-    let mut groups: Vec<(Key, Vec<(NodeIndex, usize)>)> = Vec::new();
-    for (node, primitive) in glass {
-        let Some(optics) = glass_of(node, primitive) else { continue };
-        // Too many nodes to draw one by one: what is of one glass and one surface.
-        let key =
-            if by_node { (Some(node), Glass { tint: [1.0; 3], roughness: 0.0, ..optics }) } else { (None, optics) };
-        match groups.iter_mut().find(|(other, _)| *other == key) {
-            Some((_, members)) => members.push((node, primitive)),
-            None => groups.push((key, vec![(node, primitive)])),
-        }
-    }
+    let groups = grouped(&glass, |node, primitive, by_node| {
+        let optics = glass_of(node, primitive)?;
+        Some(if by_node { Glass { tint: [1.0; 3], roughness: 0.0, ..optics } } else { optics })
+    });
+    let polished =
+        grouped(&opaque, |node, primitive, _| Mirror::of(&scene.materials[material_of(scene, node, primitive)?]));
+    let mirrors = polished
+        .into_iter()
+        .map(|(mirror, members)| {
+            let geometry = Geometry::build(scene, &members)?;
+            Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, mirror })
+        })
+        .collect::<Result<Vec<_>, GeometryError>>()?;
     let mut table = MaterialTable::new(scene);
     if let Some((material, floor)) = floor {
         table.rows[material].fade_radius = floor.half_extent as f32;
@@ -153,7 +166,7 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
     let shared = material_buffers(&table);
     let bodies = groups
         .into_iter()
-        .map(|((_, glass), members)| {
+        .map(|(glass, members)| {
             let geometry = Geometry::build(scene, &members)?;
             let used: Vec<&Material> = members
                 .iter()
@@ -167,7 +180,28 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<(Vec
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
     let geometry = Geometry::build(scene, &opaque)?;
-    Ok((bodies, opaque_of(geometry, &table, shared)))
+    Ok(Sorted { bodies, mirrors, opaque: opaque_of(geometry, &table, shared) })
+}
+
+/// A primitive of a node.
+type Part = (NodeIndex, usize);
+
+/// Sorts what has a kind by node and kind; by kind alone where there are too many nodes to draw one by one, which it tells `kind_of`.
+fn grouped<K: PartialEq>(parts: &[Part], kind_of: impl Fn(NodeIndex, usize, bool) -> Option<K>) -> Vec<(K, Vec<Part>)> {
+    let has_kind = |&&(node, primitive): &&Part| kind_of(node, primitive, true).is_some();
+    let mut nodes: Vec<NodeIndex> = parts.iter().filter(has_kind).map(|&(node, _)| node).collect();
+    nodes.dedup();
+    let by_node = nodes.len() <= MOST_BODIES;
+    let mut groups: Vec<(Option<NodeIndex>, K, Vec<Part>)> = Vec::new();
+    for &(node, primitive) in parts {
+        let Some(kind) = kind_of(node, primitive, by_node) else { continue };
+        let own = by_node.then_some(node);
+        match groups.iter_mut().find(|(other, like, _)| *other == own && *like == kind) {
+            Some((.., members)) => members.push((node, primitive)),
+            None => groups.push((own, kind, vec![(node, primitive)])),
+        }
+    }
+    groups.into_iter().map(|(_, kind, members)| (kind, members)).collect()
 }
 
 /// The table of materials and its textures, as shaders read them.

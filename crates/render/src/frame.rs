@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::{DVec2, DVec3, Mat4, UVec2, Vec3, Vec4};
 use murano_animation::{Bounds, DeformedGeometry, Pose};
-use murano_caustics::CausticMap;
+use murano_caustics::{CausticMap, Mirror};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
     Glass, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint, interface_map,
@@ -14,7 +14,7 @@ use murano_scheduler::{Output, Plan};
 
 use crate::{
     FrameRequest, ToneMap, View,
-    bodies::{Body, Opaque, SurfaceSource},
+    bodies::{Body, Sorted, SurfaceSource},
     distant::Distant,
 };
 
@@ -22,8 +22,7 @@ use crate::{
 pub(crate) struct Stock<'a> {
     pub(crate) gpu: &'a Gpu,
     pub(crate) scene: &'a Scene,
-    pub(crate) bodies: &'a [Body],
-    pub(crate) opaque: &'a Opaque,
+    pub(crate) sorted: &'a Sorted,
     pub(crate) distant: &'a Distant,
     /// Where fading surfaces have their centre, world.
     pub(crate) fade_centre: DVec3,
@@ -69,9 +68,9 @@ struct CompositeParams {
 /// Declares a frame.
 pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Result<Planned, GpuError> {
     let mut plan = Plan::new();
-    let posed: Vec<Bounds> = stock.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
-    let opaque_bounds = stock.opaque.geometry.posed_bounds(pose);
-    let visible = stock.bodies.iter().zip(&posed).filter(|(body, _)| !body.is_invisible());
+    let posed: Vec<Bounds> = stock.sorted.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
+    let opaque_bounds = stock.sorted.opaque.geometry.posed_bounds(pose);
+    let visible = stock.sorted.bodies.iter().zip(&posed).filter(|(body, _)| !body.is_invisible());
     let glass_bounds = visible.fold(Bounds::EMPTY, |all, (_, one)| all.union(*one));
     let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
     let eye = eye(&request.view, request.size);
@@ -80,10 +79,13 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
 
     let mut frame = FramePlan { stock, request, origin, eye, reach, environment, accounts: Vec::new() };
-    let opaque = stock.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.opaque.geometry, pose, origin)?;
+    let opaque =
+        stock.sorted.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.sorted.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let seen = frame.opaque(&mut plan, &opaque)?;
-    let (mut layered, light_layers) = frame.light(&mut plan, &opaque, &opaque_bounds, &bodies, &glass_bounds, &seen)?;
+    let mirrors = frame.deform_mirrors(&mut plan, pose)?;
+    let (mut layered, light_layers) =
+        frame.light(&mut plan, (&opaque, &opaque_bounds), (&bodies, &glass_bounds), &mirrors, &seen)?;
     let mut paths = Vec::new();
     // Each body is in the picture that the next, nearer one looks at.
     let mut drawn = opaque_bounds;
@@ -112,6 +114,15 @@ impl PosedBody {
     pub(crate) fn refraction(&self, asked: &Refraction) -> Refraction {
         if self.glass.thin { asked.through_walls() } else { *asked }
     }
+}
+
+/// A polished metal body in this frame.
+pub(crate) struct PosedMirror {
+    /// Among glass bodies and mirrors, which follow them.
+    pub(crate) index: u32,
+    pub(crate) mirror: Mirror,
+    pub(crate) mapped: Mapped,
+    pub(crate) bounds: Bounds,
 }
 
 /// Farthest first.
@@ -167,7 +178,7 @@ impl FramePlan<'_> {
     /// Deforms every body that light can tell from air.
     fn deform_bodies(&self, plan: &mut Plan<Work>, pose: &Pose, posed: &[Bounds]) -> Result<Vec<PosedBody>, GpuError> {
         let mut bodies = Vec::new();
-        for (index, (body, bounds)) in (0..).zip(self.stock.bodies.iter().zip(posed)) {
+        for (index, (body, bounds)) in (0..).zip(self.stock.sorted.bodies.iter().zip(posed)) {
             if body.is_invisible() {
                 plan.cull("deform", index + 1, "index of refraction 1 and clear: it changes nothing")?;
                 continue;
@@ -191,6 +202,22 @@ impl FramePlan<'_> {
         Ok(bodies)
     }
 
+    /// Deforms every mirror that throws caustics.
+    fn deform_mirrors(&self, plan: &mut Plan<Work>, pose: &Pose) -> Result<Vec<PosedMirror>, GpuError> {
+        let Sorted { bodies, mirrors, .. } = self.stock.sorted;
+        let mut posed = Vec::new();
+        for (index, body) in (bodies.len() as u32..).zip(mirrors) {
+            if self.request.caustics.is_none() || self.request.lights.is_empty() {
+                plan.cull("deform", index + 1, "a mirror, and nothing asks for caustics")?;
+                continue;
+            }
+            let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
+            let bounds = body.geometry.posed_bounds(pose);
+            posed.push(PosedMirror { index, mirror: body.mirror, mapped: deformed.into(), bounds });
+        }
+        Ok(posed)
+    }
+
     /// How thick a rigid body is behind each vertex, from its rest pose: no pose is among what it depends on.
     fn bake_thickness(&self, plan: &mut Plan<Work>, index: u32, body: &Body, scale: f64) -> Result<Output, GpuError> {
         let Stock { gpu, scene, .. } = *self.stock;
@@ -206,7 +233,7 @@ impl FramePlan<'_> {
         let shader = self
             .stock
             .gpu
-            .shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.opaque.textured))?;
+            .shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.sorted.opaque.textured))?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -224,7 +251,7 @@ impl FramePlan<'_> {
             .output("colour", 16 * count)
             .output("cover", 4 * count);
         let mut pass = rasterise(self.stock.gpu, pass, geometry, self.eye.size, Layers::Nearest)?;
-        for (name, stamp, leaf) in &self.stock.opaque.buffers {
+        for (name, stamp, leaf) in &self.stock.sorted.opaque.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
         let outputs =
@@ -257,7 +284,7 @@ impl FramePlan<'_> {
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
-        let source = self.stock.bodies[body.index as usize].surface.as_ref();
+        let source = self.stock.sorted.bodies[body.index as usize].surface.as_ref();
         let surface =
             source.zip(map.front_triangles).map(|(source, seen)| self.glass_surface(plan, body, source, seen));
         let farthest = matches!(layers, Layers::FarthestBack { .. });
@@ -278,7 +305,7 @@ impl FramePlan<'_> {
             drawn,
             inside_map,
             surface: surface.transpose()?,
-            rough: self.stock.bodies[body.index as usize].rough,
+            rough: self.stock.sorted.bodies[body.index as usize].rough,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;

@@ -3,16 +3,18 @@
 use encase::ShaderType;
 use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
-use murano_caustics::{Cast, Caustics, Lamp, cone_cosines, deposit, emit, light_map_size, receive};
+use murano_caustics::{Cast, Caster, Caustics, Lamp, Mirror, cone_cosines, deposit, emit, light_map_size, receive};
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Layered, Layers, Mapped, interface_map, texels};
+use murano_refraction::{Layered, Layers, Mapped, Refraction, interface_map, texels};
 use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
-use crate::frame::{FramePlan, OpaquePicture, PosedBody};
+use crate::frame::{FramePlan, OpaquePicture, PosedBody, PosedMirror};
 
 /// Texels a side of a lamp's view where no caustic map asks for another size.
 const SHADOW_MAP_SIZE: u32 = 512;
+/// `vec4f` rows a pixel of a lamp's light.
+pub(crate) const LIGHT_ROWS: usize = 3;
 /// Texels a side of a lamp's view of a caster where there are no photons.
 const CASTER_MAP_SIZE: u32 = 384;
 
@@ -26,21 +28,31 @@ struct LampParams {
     range: f32,
 }
 
+/// Something that throws caustics under a lamp.
+struct Thrower<'a> {
+    /// Tells the pairs of lamps and casters apart.
+    pair: u32,
+    caster: Caster,
+    mapped: Mapped,
+    bounds: &'a Bounds,
+    refraction: Refraction,
+}
+
 impl FramePlan<'_> {
     /// Adds every lamp's light, with shadows and caustics.
     pub(crate) fn light(
         &mut self,
         plan: &mut Plan<Work>,
-        opaque: &DeformedGeometry,
-        opaque_bounds: &Bounds,
-        bodies: &[PosedBody],
-        glass_bounds: &Bounds,
+        (opaque, opaque_bounds): (&DeformedGeometry, &Bounds),
+        (bodies, glass_bounds): (&[PosedBody], &Bounds),
+        mirrors: &[PosedMirror],
         seen: &OpaquePicture,
     ) -> Result<(Layered, Vec<Output>), GpuError> {
         let mut layered = seen.layered;
         let mut layers = Vec::new();
         let everything = glass_bounds.union(*opaque_bounds);
-        let casters = if glass_bounds.is_empty() { opaque_bounds } else { glass_bounds };
+        let thrown = mirrors.iter().fold(*glass_bounds, |all, mirror| all.union(mirror.bounds));
+        let casters = if thrown.is_empty() { opaque_bounds } else { &thrown };
         for (number, placed) in (0..).zip(&self.request.lights) {
             if opaque.triangle_count == 0 {
                 plan.cull("illuminate", number, "there is nothing opaque to light")?;
@@ -65,13 +77,25 @@ impl FramePlan<'_> {
             .front;
             let reachable = lamp.receivers.sees(opaque_bounds);
             let mut received = None;
-            for body in bodies {
-                let pair = number * self.stock.bodies.len() as u32 + body.index;
+            let sorted = self.stock.sorted;
+            let pairs = number * (sorted.bodies.len() + sorted.mirrors.len()) as u32;
+            // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
+            let glass = bodies.iter().map(|body| {
+                let refraction = body.refraction(&self.request.refraction.followed());
+                (body.index, Caster::Glass(body.glass), &body.mapped, &body.bounds, refraction)
+            });
+            let metal = mirrors.iter().map(|body| {
+                (body.index, Caster::Mirror(body.mirror), &body.mapped, &body.bounds, Mirror::refraction())
+            });
+            for (index, caster, mapped, bounds, refraction) in glass.chain(metal).collect::<Vec<_>>() {
+                let pair = pairs + index;
                 if !reachable {
                     plan.cull("emit", pair, "no receiver is in the light's view")?;
                     continue;
                 }
-                received = self.cast(plan, pair, &lamp, body, receivers, seen.surfaces, received)?;
+                let thrower =
+                    Thrower { pair, caster, mapped: Mapped { shows_triangles: false, ..*mapped }, bounds, refraction };
+                received = self.cast(plan, &thrower, &lamp, receivers, seen.surfaces, received)?;
             }
             let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
             layered.colour = colour;
@@ -81,42 +105,31 @@ impl FramePlan<'_> {
     }
 
     /// One caster under one lamp: its shadow and its caustic at what the eye sees.
-    #[allow(clippy::too_many_arguments)]
     fn cast(
         &mut self,
         plan: &mut Plan<Work>,
-        pair: u32,
+        thrower: &Thrower<'_>,
         lamp: &Lamp,
-        body: &PosedBody,
         receivers: Output,
         surfaces: Output,
         before: Option<Output>,
     ) -> Result<Option<Output>, GpuError> {
+        let Thrower { pair, refraction, bounds, mapped, caster } = thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
         let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
-        let viewpoint = match lamp.caster_viewpoint(&body.bounds, size) {
+        let viewpoint = match lamp.caster_viewpoint(bounds, size) {
             Ok(viewpoint) => viewpoint,
             Err(reason) => {
-                plan.cull("light_map", pair, reason)?;
+                plan.cull("light_map", *pair, reason)?;
                 return Ok(before);
             }
         };
         let gpu = self.stock.gpu;
-        // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
-        let refraction = &body.refraction(&self.request.refraction.followed());
-        // A shadow needs no second interface.
-        let layers = caustics.map_or(Layers::Nearest, |_| refraction.layers());
-        let mapped = Mapped { shows_triangles: false, ..body.mapped };
-        let map = interface_map(gpu, plan, ("light_map", pair), &mapped, &viewpoint, self.origin, layers)?;
-        let cast = Cast {
-            instance: pair,
-            lamp,
-            viewpoint: &viewpoint,
-            map: &map,
-            bounds: &body.bounds,
-            glass: &body.glass,
-            origin: self.origin,
-        };
+        // What comes straight through needs no search.
+        let layers = caustics.map_or(Layers::NearestBack, |_| refraction.layers());
+        let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, self.origin, layers)?;
+        let cast =
+            Cast { instance: *pair, lamp, viewpoint: &viewpoint, map: &map, bounds, caster, origin: self.origin };
         let mut caustic_map = None;
         if let Some(caustics) = caustics {
             let photons = emit(gpu, plan, &cast, caustics, refraction)?;
@@ -140,6 +153,7 @@ impl FramePlan<'_> {
     ) -> Result<(Output, Option<Output>), GpuError> {
         let spec = ShaderSpec::new("render::illuminate")
             .feature("casters", received.is_some())
+            .feature("caustic", self.request.caustics.is_some())
             .feature("aov", self.request.aov);
         let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
@@ -157,7 +171,7 @@ impl FramePlan<'_> {
             pass = pass.input("received", received);
         }
         if self.request.aov {
-            pass = pass.cleared_output("light_layers", 32 * count);
+            pass = pass.cleared_output("light_layers", 16 * LIGHT_ROWS as u64 * count);
         }
         let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?;
         Ok((outputs[0], outputs.get(1).copied()))

@@ -11,7 +11,7 @@ use murano_scheduler::{History, Output, Plan};
 use crate::{
     Frame, FrameRequest, PassReport, Skipping, World,
     aov::{self, Layers},
-    bodies::{self, Body, Opaque},
+    bodies::{self, Sorted},
     distant::Distant,
     frame::{self, Planned, Stock},
 };
@@ -39,8 +39,7 @@ const MOST_PHOTONS: u32 = 8192;
 pub struct Renderer {
     gpu: Gpu,
     world: World,
-    bodies: Vec<Body>,
-    opaque: Opaque,
+    sorted: Sorted,
     distant: Distant,
     fade_centre: DVec3,
     history: History,
@@ -64,10 +63,10 @@ impl Renderer {
     pub fn new(gpu: Gpu, mut world: World) -> Result<Self, RenderError> {
         let floor = world.floor;
         let material = floor.as_ref().map(|floor| bodies::add_floor(&mut world.scene, floor));
-        let (bodies, opaque) = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
+        let sorted = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
         let fade_centre = floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
         let distant = Distant::new(world.environment.as_ref());
-        Ok(Self { gpu, world, bodies, opaque, distant, fade_centre, history: History::new() })
+        Ok(Self { gpu, world, sorted, distant, fade_centre, history: History::new() })
     }
 
     /// The world, with the floor as a node of its scene.
@@ -86,6 +85,16 @@ impl Renderer {
         self.gpu
     }
 
+    fn stock(&self) -> Stock<'_> {
+        Stock {
+            gpu: &self.gpu,
+            scene: &self.world.scene,
+            sorted: &self.sorted,
+            distant: &self.distant,
+            fade_centre: self.fade_centre,
+        }
+    }
+
     fn pose(&self, clip: Option<usize>, time: f64) -> Pose {
         let duration = clip.and_then(|clip| self.world.scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
         Pose::sample(&self.world.scene, clip, clip_time(LoopMode::Loop, time, duration))
@@ -98,15 +107,7 @@ impl Renderer {
     pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
         check(request, &self.world)?;
         let pose = self.pose(request.clip, request.time);
-        let stock = Stock {
-            gpu: &self.gpu,
-            scene: &self.world.scene,
-            bodies: &self.bodies,
-            opaque: &self.opaque,
-            distant: &self.distant,
-            fade_centre: self.fade_centre,
-        };
-        let planned = frame::plan(&stock, &pose, request)?;
+        let planned = frame::plan(&self.stock(), &pose, request)?;
         let mut targets = vec![planned.picture];
         if request.aov {
             targets.push(planned.colour);
@@ -133,8 +134,8 @@ impl Renderer {
     pub fn deform(&mut self, clip: Option<usize>, time: f64) -> Result<Vec<DeformedMesh>, RenderError> {
         let pose = self.pose(clip, time);
         let mut plan: Plan<Work> = Plan::new();
-        let all = self.bodies.iter().map(|body| (&body.geometry, &body.leaves));
-        let all = all.chain([(&self.opaque.geometry, &self.opaque.leaves)]);
+        let all = self.sorted.bodies.iter().map(|body| (&body.geometry, &body.leaves));
+        let all = all.chain([(&self.sorted.opaque.geometry, &self.sorted.opaque.leaves)]);
         let mut meshes = Vec::new();
         let mut targets: Vec<Output> = Vec::new();
         for (instance, (geometry, leaves)) in (0..).zip(all) {
@@ -163,15 +164,7 @@ impl Renderer {
     pub fn caustic_accounts(&mut self, request: &FrameRequest) -> Result<Vec<CausticAccount>, RenderError> {
         check(request, &self.world)?;
         let pose = self.pose(request.clip, request.time);
-        let stock = Stock {
-            gpu: &self.gpu,
-            scene: &self.world.scene,
-            bodies: &self.bodies,
-            opaque: &self.opaque,
-            distant: &self.distant,
-            fade_centre: self.fade_centre,
-        };
-        let planned = frame::plan(&stock, &pose, request)?;
+        let planned = frame::plan(&self.stock(), &pose, request)?;
         let targets: Vec<Output> = planned
             .accounts
             .iter()

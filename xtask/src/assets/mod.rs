@@ -71,6 +71,7 @@ pub fn generate() -> Vec<Asset> {
         .into_iter()
         .map(|(name, title, thickness, surface)| Asset { name, bytes: body_file(title, thickness, &surface) })
         .collect();
+    assets.push(Asset { name: "ring.glb", bytes: gold_file("Ring", &optics_bodies::ring()) });
     assets.push(Asset { name: "dancer.glb", bytes: dancer::dancer().to_glb() });
     assets.push(Asset { name: "octopus.glb", bytes: octopus::octopus().to_glb() });
     assets.push(Asset { name: "swan.glb", bytes: swan::swan().to_glb() });
@@ -85,6 +86,18 @@ fn body_file(title: &str, thickness: f64, surface: &Surface) -> Vec<u8> {
     let mut document = Document::default();
     let glass = Glass { name: "Clear glass", ior: 1.5, thickness, attenuation: None };
     let material = glass.add_to(&mut document);
+    finish_body(document, title, surface, material)
+}
+
+/// A file with one still body of polished gold.
+fn gold_file(title: &str, surface: &Surface) -> Vec<u8> {
+    let mut document = Document::default();
+    let gold = json!({ "baseColorFactor": [1.0, 0.78, 0.34, 1.0], "metallicFactor": 1.0, "roughnessFactor": 0.05 });
+    let material = document.push("materials", json!({ "name": "Polished gold", "pbrMetallicRoughness": gold }));
+    finish_body(document, title, surface, material)
+}
+
+fn finish_body(mut document: Document, title: &str, surface: &Surface, material: usize) -> Vec<u8> {
     let positions = document.floats(&flatten(&surface.positions), Shape::Vec3, Some(Target::Vertices), true);
     let normals = document.floats(&flatten(&surface.normals), Shape::Vec3, Some(Target::Vertices), false);
     let indices = document.indices(&surface.triangles);

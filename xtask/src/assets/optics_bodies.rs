@@ -124,6 +124,36 @@ pub fn lens() -> Surface {
     surface
 }
 
+/// Ring about the y axis: walls of radius 1 and 1.08, 0.36 high, with flat rims.
+pub fn ring() -> Surface {
+    const SECTORS: u32 = 192;
+    const HALF: f64 = 0.18;
+    let [inner, outer] = [1.0, 1.08];
+    // Radius and height of a side's two edges, and the side's normal: outwards and up.
+    let sides = [
+        ([(inner, -HALF), (inner, HALF)], [-1.0, 0.0]),
+        ([(inner, HALF), (outer, HALF)], [0.0, 1.0]),
+        ([(outer, HALF), (outer, -HALF)], [1.0, 0.0]),
+        ([(outer, -HALF), (inner, -HALF)], [0.0, -1.0]),
+    ];
+    let mut surface = Surface::default();
+    for (edges, [out, up]) in sides {
+        let first = surface.positions.len() as u32;
+        for i in 0..SECTORS {
+            let (sine, cosine) = sin_cos(TAU * f64::from(i) / f64::from(SECTORS));
+            let outwards = DVec3::new(cosine, 0.0, sine);
+            for (radius, height) in edges {
+                surface.push(outwards * radius + DVec3::Y * height, outwards * out + DVec3::Y * up);
+            }
+        }
+        for i in 0..SECTORS {
+            let (a, b) = (first + 2 * i, first + 2 * ((i + 1) % SECTORS));
+            surface.push_quad([a, b, b + 1, a + 1]);
+        }
+    }
+    surface
+}
+
 /// Torus about the y axis: ring radius 1, tube radius 0.4.
 pub fn torus() -> Surface {
     const RING: f64 = 1.0;
