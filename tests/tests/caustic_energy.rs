@@ -1,4 +1,4 @@
-//! Caustics against closed forms: not a watt lost on the way from the lamp through a ball of glass to the floor, and every
+//! Caustics of balls against closed forms: not a watt lost on the way from the lamp through a ball of glass to the floor, and every
 //! watt where it belongs. Against an independent photon tracer where its data are at hand.
 //!
 //! Fluxes are those of a lamp of intensity 1. "Below the ball" is a floor just under its foot, with room for a camera in
@@ -6,27 +6,22 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DMat4, DVec2, DVec3, Vec3};
+use glam::DVec3;
 use murano_caustics::{Caustics, Method};
 use murano_metrics::irradiance::IrradianceMap;
 use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
-use murano_refraction::{Interfaces, Refraction};
-use murano_render::{CausticAccount, Floor, Frame, FrameRequest, PlacedLight, Renderer, View, World};
-use murano_scene::{Environment, Light, LightKind, Projection, Scene, look_along};
-use murano_tests::bench::{ExrLayers, asset, body, glass_body, gpu, renderer, scalars, shared, still, vectors};
+use murano_refraction::Interfaces;
+use murano_render::{FrameRequest, PlacedLight, View, World};
+use murano_scene::{Environment, LightKind, Scene};
+use murano_tests::{
+    bench::{ExrLayers, asset, glass_body, gpu, renderer, scalars, shared},
+    caustics::{ENERGY, MAP_SIZE, account, floor, from_above, light, off, picture, request, with_method},
+};
 
 const PHOTONS: [u32; 4] = [64, 128, 256, 512];
-const MAP_SIZE: u32 = 512;
 /// Distances from the ball's centre to the floor, metres: just under its foot, and where rays near the axis meet.
 const BELOW: f64 = 1.05;
 const FOCUS: f64 = 1.5;
-
-fn light(kind: LightKind, position: DVec3, direction: DVec3) -> PlacedLight {
-    PlacedLight {
-        world_from_light: look_along(position, direction),
-        light: Light { name: String::new(), kind, color: Vec3::ONE, intensity: 1.0, range: f32::INFINITY },
-    }
-}
 
 fn sunlight() -> PlacedLight {
     light(LightKind::Directional, DVec3::Y * 5.0, DVec3::NEG_Y)
@@ -40,45 +35,9 @@ fn spot(inner: f32, outer: f32) -> PlacedLight {
     light(LightKind::Spot { inner, outer }, DVec3::Y * SPOT_HEIGHT, DVec3::NEG_Y)
 }
 
-fn floor(height: f64) -> Floor {
-    Floor { height, center: [0.0, 0.0], half_extent: 40.0, albedo: [0.5; 3] }
-}
-
 /// A ball of radius 1 about the origin above a floor at this distance from its centre.
 fn ball_above(distance: f64) -> World {
     World { floor: Some(floor(-distance)), ..glass_body(&asset("sphere.glb"), Ior::GLASS) }
-}
-
-/// Looks straight down from a height at a square around the origin, row 0 at -z.
-fn from_above(height: f64, half_extent: f64) -> View {
-    let place = DMat4::from_cols(
-        DVec3::X.extend(0.0),
-        DVec3::NEG_Z.extend(0.0),
-        DVec3::Y.extend(0.0),
-        (DVec3::Y * height).extend(1.0),
-    );
-    View { world_from_view: place, projection: Projection::Orthographic { half_height: half_extent }, near: 1e-4 }
-}
-
-fn request(view: View, size: u32, lamp: PlacedLight, photons: u32) -> FrameRequest {
-    FrameRequest {
-        lights: vec![lamp],
-        caustics: Some(Caustics { method: Method::Splat, photons, map_size: MAP_SIZE, interfaces: Interfaces::Two }),
-        ..still(view, [size, size], Refraction::default())
-    }
-}
-
-fn with_method(request: FrameRequest, method: Method) -> FrameRequest {
-    FrameRequest { caustics: request.caustics.map(|caustics| Caustics { method, ..caustics }), ..request }
-}
-
-/// The only caster's account under the only lamp.
-fn account(renderer: &mut Renderer, request: &FrameRequest) -> CausticAccount {
-    renderer.caustic_accounts(request).expect("an account").pop().expect("one caster under one lamp")
-}
-
-fn picture(renderer: &mut Renderer, request: &FrameRequest) -> Frame {
-    renderer.render(request).expect("a picture")
 }
 
 /// Fraction of unpolarised light of a height that passes both interfaces when each of them takes it as unpolarised, as the
@@ -114,13 +73,6 @@ fn refracted_spot(ball: &BallLens, inner: f64, outer: f64) -> f64 {
         })
         .sum()
 }
-
-fn off(value: f64, truth: f64) -> f64 {
-    (value / truth - 1.0).abs()
-}
-
-/// Half a percent: what 64 cells across a disc cannot resolve of its outline, and Fresnel's law there.
-const ENERGY: f64 = 0.005;
 
 #[test]
 fn a_ball_sends_the_light_it_refracts_and_all_of_it_lands() {
@@ -313,117 +265,6 @@ fn clear_glass_of_index_1_changes_nothing() {
     let (seen, bare) = (seen.aov.expect("asked for"), bare.aov.expect("asked for"));
     for (a, b) in seen.layers.iter().zip(&bare.layers) {
         assert!(a.planes == b.planes, "layer {} differs", a.name);
-    }
-}
-
-/// Of the ring of gold: radius of its inner wall and half its height, metres; what it reflects at normal incidence.
-const RING: (f64, f64) = (1.0, 0.18);
-const GOLD: DVec3 = DVec3::new(1.0, 0.78, 0.34);
-
-/// Where the sun's light lands that the ring's inner wall reflects, in closed form: the wall's normal at an angle says where a
-/// ray goes, the next wall's angle follows from the chord, and heights fall with the way along the floor. Calls `landed` with the
-/// place on the floor at the ring's foot and the flux of each of many equal parts of the wall, for sunlight of 1 lux.
-fn ring_landings(direction: DVec3, mut landed: impl FnMut(DVec2, DVec3)) {
-    const ANGLES: u32 = 16_384;
-    const HEIGHTS: u32 = 1024;
-    let (radius, half) = RING;
-    let along = DVec2::new(direction.x, direction.z);
-    // Height lost a metre of way over the floor.
-    let fall = -direction.y / along.length();
-    let heading = along.normalize();
-    for i in 0..ANGLES {
-        let (sine, cosine) = (TAU * (f64::from(i) + 0.5) / f64::from(ANGLES)).sin_cos();
-        let normal = -DVec2::new(cosine, sine);
-        let facing = -heading.dot(normal);
-        if facing <= 0.0 {
-            continue;
-        }
-        let flux = facing * along.length() * radius * TAU / f64::from(ANGLES) * 2.0 * half / f64::from(HEIGHTS);
-        for j in 0..HEIGHTS {
-            let mut height = 2.0 * half * (f64::from(j) + 0.5) / f64::from(HEIGHTS);
-            // The near wall throws its shadow onto the far one.
-            if height + fall * 2.0 * radius * facing < 2.0 * half {
-                continue;
-            }
-            let (mut at, mut facing, mut normal, mut going) = (-radius * normal, facing, normal, heading);
-            let mut flux = DVec3::splat(flux);
-            loop {
-                // The cosine in space, of Schlick's law.
-                let cos = facing * along.length();
-                flux *= GOLD + (1.0 - GOLD) * (1.0 - cos).powi(5);
-                going -= 2.0 * going.dot(normal) * normal;
-                let chord = 2.0 * radius * facing;
-                if height <= fall * chord {
-                    landed(at + height / fall * going, flux);
-                    break;
-                }
-                height -= fall * chord;
-                at += chord * going;
-                normal = -at.normalize();
-                facing = -going.dot(normal);
-            }
-        }
-    }
-}
-
-#[test]
-fn a_ring_of_gold_in_the_sun_draws_the_caustic_of_the_closed_form() {
-    const SIZE: u32 = 256;
-    const FINER: u32 = 4;
-    let direction = DVec3::new(0.8, -0.6, 0.0);
-    let (_, half_height) = RING;
-    // Inside the ring, above its floor.
-    let half = 1.0;
-    let inside = |index: u32| {
-        let [x, y] = [index % SIZE, index / SIZE].map(|side| (f64::from(side) + 0.5) / f64::from(SIZE) * 2.0 - 1.0);
-        x.hypot(y) < 0.97
-    };
-    let texel = 2.0 * half / f64::from(SIZE);
-    let mut exact = vec![DVec3::ZERO; (SIZE * SIZE) as usize];
-    ring_landings(direction, |place, flux| {
-        let at = ((place + half) / texel).floor();
-        if at.min_element() >= 0.0 && at.max_element() < f64::from(SIZE) {
-            let index = at.y as u32 * SIZE + at.x as u32;
-            if inside(index) {
-                exact[index as usize] += flux / (texel * texel);
-            }
-        }
-    });
-    let world = World { floor: Some(floor(-half_height)), ..body(&asset("ring.glb")) };
-    let mut renderer = renderer(gpu(), world);
-    let lamp = light(LightKind::Directional, -5.0 * direction, direction);
-    // The iteration of `shah` has no end here: the light sees the floor, and photons arrive there, at too flat an angle. Most relative
-    // L1 is what was measured plus a fifth.
-    for (method, most) in [
-        (Method::Splat, [0.274, 0.269, 0.269]),
-        (Method::Beams, [0.099, 0.071, 0.061]),
-        (Method::Footprint, [0.087, 0.065, 0.062]),
-    ] {
-        for (photons, most) in [128, 256, 512].into_iter().zip(most) {
-            let mut request = with_method(request(from_above(3.0, half), SIZE * FINER, lamp.clone(), photons), method);
-            let account = account(&mut renderer, &request);
-            request.aov = true;
-            let frame = picture(&mut renderer, &request);
-            let pixels = vectors(&frame.aov.expect("asked for"), "caustic");
-            let mut ours = vec![DVec3::ZERO; exact.len()];
-            for (index, pixel) in (0..).zip(pixels) {
-                let [x, y] = [index % (SIZE * FINER) / FINER, index / (SIZE * FINER) / FINER];
-                let texel = y * SIZE + x;
-                if inside(texel) {
-                    ours[texel as usize] += pixel / f64::from(FINER * FINER);
-                }
-            }
-            let total = exact.iter().copied().sum::<DVec3>();
-            let energy = ours.iter().copied().sum::<DVec3>() / total;
-            let error = ours.iter().zip(&exact).map(|(a, b)| (*a - *b).abs()).sum::<DVec3>() / total;
-            eprintln!(
-                "ring, {method}, {photons}^2 photons: {energy:.4} of the energy, relative L1 {error:.4}; sent {:.4} W, landed {:.4}",
-                account.sent, account.landed
-            );
-            let off = (energy - 1.0).abs().max_element();
-            assert!(off <= if photons == 128 { 0.01 } else { ENERGY }, "{method}, {photons}^2: {energy} of the energy");
-            assert!(error.max_element() <= most, "{method}, {photons}^2: {error}");
-        }
     }
 }
 

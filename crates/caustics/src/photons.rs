@@ -54,6 +54,7 @@ struct DepositParams {
     grids: u32,
     mirrored: u32,
     branches: u32,
+    map_size: u32,
 }
 
 #[derive(ShaderType)]
@@ -98,6 +99,11 @@ pub struct Cast<'a> {
     pub bounds: &'a Bounds,
     /// What it is made of.
     pub caster: &'a Caster,
+    /// Two `vec4f` a texel of the map, of its first interface: linear RGB factor of what it transmits, in place of the glass's, and
+    /// roughness; outward normal in view space, zero where no map bends it.
+    pub surface: Option<Output>,
+    /// Whether any map bends its normals.
+    pub bends: bool,
     /// Origin of render space.
     pub origin: DVec3,
 }
@@ -168,8 +174,13 @@ pub fn light_map_size(photons: u32) -> u32 {
 }
 
 /// Texels of one level of a caustic map with its sums.
-pub fn level_texels([width, height]: [u32; 2]) -> u64 {
-    (0..MIPS).map(|mip| texels([width, height].map(|side| side.div_ceil(1 << mip)))).sum()
+pub fn level_texels(size: [u32; 2]) -> u64 {
+    texels_before(size, MIPS)
+}
+
+/// Texels of one level before its sums over 2^mip texels along a side.
+pub(crate) fn texels_before(size: [u32; 2], mip: u32) -> u64 {
+    (0..mip.min(MIPS)).map(|mip| texels(size.map(|side| side.div_ceil(1 << mip)))).sum()
 }
 
 /// The most flux that a viewpoint's picture can carry for a lamp of intensity 1, watts.
@@ -197,7 +208,8 @@ pub fn emit(
     let spec = traced("caustics::emit", refraction, thin, cast.map.thickness.is_some());
     let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
-    let spec = spec.feature("mirror", mirror);
+    let bent = cast.surface.filter(|_| cast.bends);
+    let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
     let shader = gpu.shader(&spec)?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
@@ -214,6 +226,9 @@ pub fn emit(
         .output("photons", PHOTON_BYTES * count);
     if differentials {
         pass = pass.cleared_output("differentials", DIFFERENTIAL_BYTES * count);
+    }
+    if let Some(bent) = bent {
+        pass = pass.input("glass_surface", bent);
     }
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
@@ -251,10 +266,13 @@ pub fn deposit(
         Caster::Glass(glass) => (glass.absorption, glass.tint, false),
         Caster::Mirror(mirror) => ([0.0; 3], mirror.reflectance, true),
     };
-    let monochrome = grey(absorption) && grey(tint) && !dispersive;
+    let monochrome = grey(absorption) && grey(tint) && !dispersive && cast.surface.is_none();
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
-        spec.feature("monochrome", monochrome).feature("dispersive", dispersive).feature("mirror", mirror)
+        spec.feature("monochrome", monochrome)
+            .feature("dispersive", dispersive)
+            .feature("mirror", mirror)
+            .feature("surface_map", cast.surface.is_some())
     };
     let shader = |root: &'static str| gpu.shader(&spec(root));
     let over_photons = Groups::linear(photon_count as usize, 64);
@@ -281,6 +299,7 @@ pub fn deposit(
                 grids: grids.count(),
                 mirrored: grids.mirrored,
                 branches: grids.branches,
+                map_size: cast.viewpoint.size[0],
             },
         )
         .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
@@ -298,6 +317,9 @@ pub fn deposit(
         .output("detail", 16);
     if let Some(differentials) = photons.differentials {
         pass = pass.input("differentials", differentials);
+    }
+    if let Some(surface) = cast.surface {
+        pass = pass.input("glass_surface", surface);
     }
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
@@ -392,6 +414,7 @@ mod tests {
                 grids: 11,
                 mirrored: 12,
                 branches: 13,
+                map_size: 14,
             }
         )
         .unwrap();

@@ -1,16 +1,19 @@
 //! What a caster does to a lamp's light at the points that the eye sees.
 
 use encase::ShaderType;
-use glam::{Mat4, Vec3};
+use glam::{Mat4, UVec4, Vec3};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Viewpoint, texels};
+use murano_refraction::{Glass, Viewpoint, texels};
 use murano_scheduler::{Output, Plan};
 
-use crate::{Cast, Caster, CausticMap};
+use crate::{Cast, Caster, CausticMap, level_texels, photons::texels_before};
 
 #[derive(ShaderType)]
 struct Params {
-    render_from_eye: Mat4,
+    receivers_from_eye: Mat4,
+    caster_from_eye: Mat4,
+    mip_starts: [UVec4; 2],
+    level_texels: u32,
 }
 
 #[derive(ShaderType)]
@@ -22,7 +25,8 @@ struct Pane {
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
 /// the share of direct light that passes all casters so far (w); without a caustic map the share of direct light, RGB, that passes all
-/// casters or comes straight through them: Fresnel's law at both interfaces, and absorption between them. `before` is the pass of the lamp's previous caster.
+/// casters or comes straight through them: Fresnel's law at both interfaces, and absorption between them. `before` is the pass of the
+/// lamp's previous caster. Sheets, and shadows without caustics, have a pass `shade:instance` of their own.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -40,31 +44,34 @@ pub fn receive(
         Caster::Glass(glass) => Some(glass),
         Caster::Mirror(_) => None,
     };
-    let thin = glass.is_some_and(|glass| glass.thin);
-    let pane = glass.filter(|_| caustic_map.is_none());
-    let back = cast.map.back.filter(|_| thin || pane.is_some());
+    let caster = match (glass, cast.map.back) {
+        // A sheet throws a shadow from either side.
+        (Some(glass), Some(back)) if glass.thin || caustic_map.is_none() => Some(shade(gpu, plan, cast, glass, back)?),
+        (Some(_), _) => Some(cast.map.front),
+        (None, _) => None,
+    };
     let spec = ShaderSpec::new("caustics::receive")
-        .feature("shades", glass.is_some())
-        .feature("thin", thin)
+        .feature("shades", caster.is_some())
         .feature("chained", before.is_some())
         .feature("caustic", caustic_map.is_some());
     let shader = gpu.shader(&spec)?;
-    let params = Params { render_from_eye: eye.view_from_render(cast.origin).inverse().as_mat4() };
+    let from_eye = |viewpoint: &Viewpoint| (viewpoint.world_from_view.inverse() * eye.world_from_view).as_mat4();
+    let map_size = cast.lamp.receivers.size;
+    let starts: [u32; 8] = std::array::from_fn(|mip| texels_before(map_size, mip as u32) as u32);
+    let params = Params {
+        receivers_from_eye: from_eye(&cast.lamp.receivers),
+        caster_from_eye: from_eye(cast.viewpoint),
+        mip_starts: [0, 4].map(|first| UVec4::from_slice(&starts[first..first + 4])),
+        level_texels: level_texels(map_size) as u32,
+    };
     let mut pass = ComputePass::new("receive", cast.instance)
         .value("params", &params)
         .value("eye", &eye.uniform(cast.origin))
         .value("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
         .input("surfaces", surfaces)
         .output("received", 16 * texels(eye.size));
-    if glass.is_some() {
-        pass = pass.value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin)).input("caster", cast.map.front);
-    }
-    if let Some(glass) = pane {
-        let pane = Pane { absorption: glass.absorption.into(), ior: glass.ior as f32, tint: glass.tint.into() };
-        pass = pass.value("pane", &pane);
-    }
-    if let Some(back) = back {
-        pass = pass.input("caster_back", back);
+    if let Some(caster) = caster {
+        pass = pass.value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin)).input("caster", caster);
     }
     if let Some(before) = before {
         pass = pass.input("received_before", before);
@@ -73,6 +80,25 @@ pub fn receive(
         pass = pass.input("caustic_map", caustic_map.flux).input("detail", caustic_map.detail);
     }
     Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
+}
+
+/// Adds the pass `shade:instance`: `vec4f` a texel of the caster's map, what of the light comes straight through, RGB, and the depth of the
+/// nearest face.
+fn shade(gpu: &Gpu, plan: &mut Plan<Work>, cast: &Cast<'_>, glass: &Glass, back: Output) -> Result<Output, GpuError> {
+    let spec =
+        ShaderSpec::new("caustics::shade").feature("thin", glass.thin).feature("surface_map", cast.surface.is_some());
+    let pane = Pane { absorption: glass.absorption.into(), ior: glass.ior as f32, tint: glass.tint.into() };
+    let size = cast.viewpoint.size;
+    let mut pass = ComputePass::new("shade", cast.instance)
+        .value("pane", &pane)
+        .value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
+        .input("front", cast.map.front)
+        .input("back", back)
+        .output("shade", 16 * texels(size));
+    if let Some(surface) = cast.surface {
+        pass = pass.input("glass_surface", surface);
+    }
+    Ok(pass.dispatch(&gpu.shader(&spec)?, "main", Groups::tiles(size)).add_to(plan)?[0])
 }
 
 #[cfg(test)]
@@ -84,6 +110,19 @@ mod tests {
     #[test]
     fn shader_and_rust_agree_on_layouts() {
         let shader = Shader::link(&ShaderSpec::new("caustics::receive").feature("shades", true)).unwrap();
+        let matrix = |first: f32| Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + first));
+        check_uniform_layout!(
+            shader,
+            "Params",
+            Params {
+                receivers_from_eye: matrix(1.0),
+                caster_from_eye: matrix(20.0),
+                mip_starts: [UVec4::new(1, 2, 3, 4), UVec4::new(5, 6, 7, 8)],
+                level_texels: 9,
+            }
+        )
+        .unwrap();
+        let shader = Shader::link(&ShaderSpec::new("caustics::shade")).unwrap();
         check_uniform_layout!(
             shader,
             "Pane",

@@ -6,7 +6,7 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::{CausticMap, Mirror};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint, interface_map,
+    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint, interface_map,
     over_listed_tiles, rasterise, refract, texels, thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
@@ -285,8 +285,10 @@ impl FramePlan<'_> {
         let layers = refraction.layers();
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
         let source = self.stock.sorted.bodies[body.index as usize].surface.as_ref();
-        let surface =
-            source.zip(map.front_triangles).map(|(source, seen)| self.glass_surface(plan, body, source, seen));
+        let surface = source
+            .map(|source| self.glass_surface(plan, ("glass_surface", body.index), &self.eye, source, &map))
+            .transpose()?
+            .flatten();
         let farthest = matches!(layers, Layers::FarthestBack { .. });
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
@@ -304,7 +306,7 @@ impl FramePlan<'_> {
             refraction,
             drawn,
             inside_map,
-            surface: surface.transpose()?,
+            surface,
             rough: self.stock.sorted.bodies[body.index as usize].rough,
             aov: self.request.aov,
         };
@@ -313,29 +315,31 @@ impl FramePlan<'_> {
         Ok(layered)
     }
 
-    /// A body's first interface, where that is not the same everywhere.
-    fn glass_surface(
+    /// A body's first interface as a viewpoint sees it, where that is not the same everywhere.
+    pub(crate) fn glass_surface(
         &self,
         plan: &mut Plan<Work>,
-        body: &PosedBody,
+        (name, instance): (&'static str, u32),
+        viewpoint: &Viewpoint,
         source: &SurfaceSource,
-        front_triangles: Output,
-    ) -> Result<Output, GpuError> {
+        map: &InterfaceMap,
+    ) -> Result<Option<Output>, GpuError> {
+        let Some(front_triangles) = map.front_triangles else { return Ok(None) };
         let shader =
             self.stock.gpu.shader(&ShaderSpec::new("render::glass_surface").feature("textured", source.textured))?;
-        let mut pass = ComputePass::new("glass_surface", body.index)
-            .value("viewpoint", &self.eye.uniform(self.origin))
-            .input("positions", body.mapped.geometry.positions)
-            .input("triangles", body.mapped.geometry.triangles)
+        let mut pass = ComputePass::new(name, instance)
+            .value("viewpoint", &viewpoint.uniform(self.origin))
+            .input("positions", map.geometry.positions)
+            .input("triangles", map.geometry.triangles)
             .input("front_triangles", front_triangles)
-            .cleared_output("glass_surface", 32 * texels(self.eye.size));
+            .cleared_output("glass_surface", 32 * texels(viewpoint.size));
         if source.textured {
-            pass = pass.input("normals", body.mapped.geometry.normals);
+            pass = pass.input("normals", map.geometry.normals);
         }
         for (name, stamp, leaf) in &source.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
-        Ok(pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?[0])
+        Ok(Some(pass.dispatch(&shader, "main", Groups::tiles(viewpoint.size)).add_to(plan)?[0]))
     }
 
     /// Filters silhouettes, maps tones, packs sRGB.

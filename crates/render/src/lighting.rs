@@ -9,7 +9,10 @@ use murano_refraction::{Layered, Layers, Mapped, Refraction, interface_map, texe
 use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
-use crate::frame::{FramePlan, OpaquePicture, PosedBody, PosedMirror};
+use crate::{
+    bodies::SurfaceSource,
+    frame::{FramePlan, OpaquePicture, PosedBody, PosedMirror},
+};
 
 /// Texels a side of a lamp's view where no caustic map asks for another size.
 const SHADOW_MAP_SIZE: u32 = 512;
@@ -36,6 +39,8 @@ struct Thrower<'a> {
     mapped: Mapped,
     bounds: &'a Bounds,
     refraction: Refraction,
+    /// What its surface is sampled from, where that is not the same everywhere.
+    surface: Option<&'a SurfaceSource>,
 }
 
 impl FramePlan<'_> {
@@ -93,8 +98,8 @@ impl FramePlan<'_> {
                     plan.cull("emit", pair, "no receiver is in the light's view")?;
                     continue;
                 }
-                let thrower =
-                    Thrower { pair, caster, mapped: Mapped { shows_triangles: false, ..*mapped }, bounds, refraction };
+                let surface = sorted.bodies.get(index as usize).and_then(|body| body.surface.as_ref());
+                let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
                 received = self.cast(plan, &thrower, &lamp, receivers, seen.surfaces, received)?;
             }
             let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
@@ -114,7 +119,7 @@ impl FramePlan<'_> {
         surfaces: Output,
         before: Option<Output>,
     ) -> Result<Option<Output>, GpuError> {
-        let Thrower { pair, refraction, bounds, mapped, caster } = thrower;
+        let Thrower { pair, refraction, bounds, mapped, caster, .. } = thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
         let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
         let viewpoint = match lamp.caster_viewpoint(bounds, size) {
@@ -128,8 +133,22 @@ impl FramePlan<'_> {
         // What comes straight through needs no search.
         let layers = caustics.map_or(Layers::NearestBack, |_| refraction.layers());
         let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, self.origin, layers)?;
-        let cast =
-            Cast { instance: *pair, lamp, viewpoint: &viewpoint, map: &map, bounds, caster, origin: self.origin };
+        let surface = thrower
+            .surface
+            .map(|source| self.glass_surface(plan, ("lit_surface", *pair), &viewpoint, source, &map))
+            .transpose()?
+            .flatten();
+        let cast = Cast {
+            instance: *pair,
+            lamp,
+            viewpoint: &viewpoint,
+            map: &map,
+            bounds,
+            caster,
+            surface,
+            bends: thrower.surface.is_some_and(|source| source.textured),
+            origin: self.origin,
+        };
         let mut caustic_map = None;
         if let Some(caustics) = caustics {
             let photons = emit(gpu, plan, &cast, caustics, refraction)?;
