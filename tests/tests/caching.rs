@@ -471,6 +471,24 @@ fn two_bodies() -> World {
 }
 
 #[test]
+fn one_of_two_casters_that_moves_leaves_the_other_s_light_alone() {
+    let view = View::look_at(DVec3::new(2.0, 4.0, 7.0), DVec3::ZERO, 0.8);
+    let still = still(view, SIZE, Refraction::default());
+    let request = FrameRequest { clip: Some(0), lights: vec![sun()], caustics: Some(CAUSTICS), ..still };
+    let mut both = renderer(gpu(), two_bodies());
+    render(&mut both, &request);
+    // By little: the sun's view follows what it sees of all casters in steps.
+    let later = FrameRequest { time: 0.05, ..request };
+    let moved = render(&mut both, &later);
+    let decision = |name: &str| moved.passes.iter().find(|pass| pass.name == name).expect("a pass").decision;
+    for name in ["light_map", "emit", "deposit", "receive"] {
+        assert_eq!(decision(&format!("{name}:0")), "ran", "{name} of the one that turned");
+        assert_eq!(decision(&format!("{name}:1")), "reused", "{name} of the one at rest");
+    }
+    assert_equal(&moved, &render(&mut renderer(gpu(), two_bodies()), &later), "one of two turned");
+}
+
+#[test]
 fn a_body_taken_away_leaves_no_caustic_behind() {
     let view = View::look_at(DVec3::new(2.0, 4.0, 7.0), DVec3::ZERO, 0.8);
     let request =

@@ -8,6 +8,8 @@ use murano_scene::{LightKind, PlacedLight};
 
 /// Widest half-angle that one picture of a lamp covers, radians.
 const WIDEST: f64 = 1.3;
+/// The sun's view follows its casters by whole steps of so many texels: nothing that it shows shifts against its texels.
+const SNAPPED_TEXELS: f64 = 64.0;
 
 /// A light with the viewpoints that its passes need.
 #[derive(Clone, Debug)]
@@ -43,12 +45,19 @@ impl Lamp {
         let size = [map_size, map_size];
         let receivers = match placed.light.kind {
             LightKind::Directional => {
-                // Behind everything, so that all depths are positive; wide enough for what the casters throw.
+                // Behind everything, so that all depths are positive.
                 let reach = 0.5 * scene.diameter() + casters.center().distance(scene.center()) + radius;
+                let reach = reach.log2().ceil().exp2();
+                // Wide enough for what the casters throw, in steps, so that one of them that moves does not change what the lamp sees.
+                let half = 4.0 * (0.125 * (8.0 * radius.log2()).ceil()).exp2();
+                let upright = turned(&placed.world_from_light, DVec3::ZERO, axis);
+                let step = SNAPPED_TEXELS * 2.0 * half / f64::from(map_size);
+                let middle = (upright.transpose().transform_vector3(casters.center()) / step).round() * step;
+                let middle = upright.transform_vector3(middle);
                 Viewpoint {
-                    world_from_view: turned(&placed.world_from_light, casters.center() - axis * 2.0 * reach, axis),
+                    world_from_view: turned(&placed.world_from_light, middle - axis * 2.0 * reach, axis),
                     perspective: false,
-                    half_extent: DVec2::splat(4.0 * radius),
+                    half_extent: DVec2::splat(half),
                     center: DVec2::ZERO,
                     size,
                     near: 1e-3 * reach,

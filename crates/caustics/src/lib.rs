@@ -12,5 +12,5 @@ mod settings;
 pub use caster::{Caster, Mirror};
 pub use lamp::{Emission, Lamp, cone_cosines};
 pub use photons::{Cast, CausticMap, Photons, deposit, emit, level_texels, light_map_size};
-pub use receive::receive;
+pub use receive::{gather, receive};
 pub use settings::{Caustics, Method};

@@ -23,8 +23,10 @@ const LEVELS: u64 = 2;
 const MIPS: u32 = 6;
 /// Bytes of a landing: texel, whether it landed, a 2x2 matrix.
 const LANDING_BYTES: u64 = 32;
-/// Fixed-point units that the whole grid may carry: even if all of it met in one texel, u32 could hold it.
-const CAPACITY: f64 = (1_u64 << 30) as f64;
+/// Fixed-point units that the whole grid may carry.
+const CAPACITY: u64 = 1 << 30;
+// Even if all of it met in one texel, with what rounding adds to each of the most photons that can be counted, u32 could hold it.
+const _: () = assert!(CAPACITY + u32::MAX as u64 / 2 < u32::MAX as u64);
 
 #[derive(ShaderType)]
 struct EmitParams {
@@ -257,7 +259,7 @@ pub fn deposit(
     // More than u32 counts fit no device, which says so when it is asked for their buffer.
     let photons_asked = u64::from(grids.count()) * texels([caustics.photons; 2]);
     let photon_count = u32::try_from(photons_asked).unwrap_or(u32::MAX);
-    let units = CAPACITY / most_flux(cast.viewpoint);
+    let units = CAPACITY as f64 / most_flux(cast.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;

@@ -24,9 +24,8 @@ struct Pane {
 }
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
-/// the share of direct light that passes all casters so far (w); without a caustic map the share of direct light, RGB, that passes all
-/// casters or comes straight through them: Fresnel's law at both interfaces, and absorption between them. `before` is the pass of the
-/// lamp's previous caster. Sheets, and shadows without caustics, have a pass `shade:instance` of their own.
+/// the share of direct light that passes the caster (w); without a caustic map the share of direct light, RGB, that passes the
+/// caster or comes straight through it: Fresnel's law at both interfaces, and absorption between them. Sheets, and shadows without caustics, have a pass `shade:instance` of their own.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -37,7 +36,6 @@ pub fn receive(
     eye: &Viewpoint,
     surfaces: Output,
     caustic_map: Option<&CausticMap>,
-    before: Option<Output>,
 ) -> Result<Output, GpuError> {
     // What is opaque throws its shadow with everything else.
     let glass = match cast.caster {
@@ -52,7 +50,6 @@ pub fn receive(
     };
     let spec = ShaderSpec::new("caustics::receive")
         .feature("shades", caster.is_some())
-        .feature("chained", before.is_some())
         .feature("caustic", caustic_map.is_some());
     let shader = gpu.shader(&spec)?;
     let from_eye = |viewpoint: &Viewpoint| (viewpoint.world_from_view.inverse() * eye.world_from_view).as_mat4();
@@ -73,13 +70,57 @@ pub fn receive(
     if let Some(caster) = caster {
         pass = pass.value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin)).input("caster", caster);
     }
-    if let Some(before) = before {
-        pass = pass.input("received_before", before);
-    }
     if let Some(caustic_map) = caustic_map {
         pass = pass.input("caustic_map", caustic_map.flux).input("detail", caustic_map.detail);
     }
     Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
+}
+
+/// The most casters, or groups of them, that one pass gathers.
+const GATHERED: usize = 4;
+
+#[derive(ShaderType)]
+struct GatherParams {
+    pixels: u32,
+}
+
+/// What all casters of a lamp do to its light, from what each of them does ([`receive`]); `None` without casters. A tree of passes
+/// `gather`, numbered from `instance` on, so that where one of many casters changes most of them are reused.
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn gather(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    mut instance: u32,
+    mut received: Vec<Output>,
+    size: [u32; 2],
+    with_caustics: bool,
+) -> Result<Option<Output>, GpuError> {
+    let params = GatherParams { pixels: size[0] * size[1] };
+    while received.len() > 1 {
+        let mut gathered = Vec::new();
+        for group in received.chunks(GATHERED) {
+            if let [alone] = group {
+                gathered.push(*alone);
+                continue;
+            }
+            let spec = ShaderSpec::new("caustics::gather")
+                .feature("third", group.len() > 2)
+                .feature("fourth", group.len() > 3)
+                .feature("caustic", with_caustics);
+            let mut pass =
+                ComputePass::new("gather", instance).value("params", &params).output("received", 16 * texels(size));
+            for (name, output) in ["first", "second", "third", "fourth"].into_iter().zip(group) {
+                pass = pass.input(name, *output);
+            }
+            let groups = Groups::linear(params.pixels as usize, 64);
+            gathered.push(pass.dispatch(&gpu.shader(&spec)?, "main", groups).add_to(plan)?[0]);
+            instance += 1;
+        }
+        received = gathered;
+    }
+    Ok(received.pop())
 }
 
 /// Adds the pass `shade:instance`: `vec4f` a texel of the caster's map, what of the light comes straight through, RGB, and the depth of the
@@ -122,6 +163,8 @@ mod tests {
             }
         )
         .unwrap();
+        let shader = Shader::link(&ShaderSpec::new("caustics::gather")).unwrap();
+        check_uniform_layout!(shader, "Params", GatherParams { pixels: 1 }).unwrap();
         let shader = Shader::link(&ShaderSpec::new("caustics::shade")).unwrap();
         check_uniform_layout!(
             shader,

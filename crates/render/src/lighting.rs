@@ -3,7 +3,9 @@
 use encase::ShaderType;
 use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
-use murano_caustics::{Cast, Caster, Caustics, Lamp, Mirror, cone_cosines, deposit, emit, light_map_size, receive};
+use murano_caustics::{
+    Cast, Caster, Caustics, Lamp, Mirror, cone_cosines, deposit, emit, gather, light_map_size, receive,
+};
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Layered, Layers, Mapped, Refraction, interface_map, texels};
 use murano_scene::{LightKind, PlacedLight};
@@ -81,7 +83,7 @@ impl FramePlan<'_> {
             )?
             .front;
             let reachable = lamp.receivers.sees(opaque_bounds);
-            let mut received = None;
+            let mut received = Vec::new();
             let sorted = self.stock.sorted;
             let pairs = number * (sorted.bodies.len() + sorted.mirrors.len()) as u32;
             // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
@@ -100,8 +102,10 @@ impl FramePlan<'_> {
                 }
                 let surface = sorted.bodies.get(index as usize).and_then(|body| body.surface.as_ref());
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
-                received = self.cast(plan, &thrower, &lamp, receivers, seen.surfaces, received)?;
+                received.extend(self.cast(plan, &thrower, &lamp, receivers, seen.surfaces)?);
             }
+            let with_caustics = self.request.caustics.is_some();
+            let received = gather(self.stock.gpu, plan, pairs, received, self.eye.size, with_caustics)?;
             let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
             layered.colour = colour;
             layers.extend(layer);
@@ -117,7 +121,6 @@ impl FramePlan<'_> {
         lamp: &Lamp,
         receivers: Output,
         surfaces: Output,
-        before: Option<Output>,
     ) -> Result<Option<Output>, GpuError> {
         let Thrower { pair, refraction, bounds, mapped, caster, .. } = thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
@@ -126,7 +129,7 @@ impl FramePlan<'_> {
             Ok(viewpoint) => viewpoint,
             Err(reason) => {
                 plan.cull("light_map", *pair, reason)?;
-                return Ok(before);
+                return Ok(None);
             }
         };
         let gpu = self.stock.gpu;
@@ -156,7 +159,7 @@ impl FramePlan<'_> {
             self.accounts.push(deposited);
             caustic_map = Some(deposited);
         }
-        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map.as_ref(), before)?))
+        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map.as_ref())?))
     }
 
     #[allow(clippy::too_many_arguments)]
