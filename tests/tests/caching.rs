@@ -474,7 +474,12 @@ fn two_bodies() -> World {
 fn one_of_two_casters_that_moves_leaves_the_other_s_light_alone() {
     let view = View::look_at(DVec3::new(2.0, 4.0, 7.0), DVec3::ZERO, 0.8);
     let still = still(view, SIZE, Refraction::default());
-    let request = FrameRequest { clip: Some(0), lights: vec![sun()], caustics: Some(CAUSTICS), ..still };
+    let request = FrameRequest {
+        clip: Some(0),
+        lights: vec![sun()],
+        caustics: Some(Caustics { map_size: 256, ..CAUSTICS }),
+        ..still
+    };
     let mut both = renderer(gpu(), two_bodies());
     render(&mut both, &request);
     // By little: the sun's view follows what it sees of all casters in steps.

@@ -462,7 +462,8 @@ fn a_ring_of_gold_in_the_sun_draws_the_caustic_of_the_closed_form() {
         camera: 3.0,
         square,
     };
-    // The iteration of `shah` has no end here: the light sees the floor, and photons arrive there, at too flat an angle.
+    // The iteration of `shah` ends on the ring, which the light sees as well as the floor, or has no end: photons arrive at too flat an
+    // angle.
     judge(
         case,
         &[

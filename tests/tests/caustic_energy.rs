@@ -96,6 +96,9 @@ fn a_ball_sends_the_light_it_refracts_and_all_of_it_lands() {
                 assert!(off(account.sent, *truth) <= ENERGY, "sent {} of {truth}", account.sent);
                 assert!(off(account.landed, account.sent) <= ENERGY, "landed {} of {}", account.landed, account.sent);
                 assert!(off(mapped, account.landed) <= ENERGY, "mapped {mapped} of {}", account.landed);
+                // All light in one texel would take a quarter of the range, and rounding a little more.
+                let used = account.range_used();
+                assert!(used > 0.0 && used < 0.26, "{used} of the fixed-point range");
             }
         }
         gpu = renderer.into_gpu();

@@ -1,5 +1,6 @@
 //! What throws caustics.
 
+use glam::Vec3;
 use murano_refraction::{Glass, Interfaces, Method, Refraction};
 use murano_scene::Material;
 
@@ -23,11 +24,14 @@ pub struct Mirror {
 const ROUGHEST: f32 = 0.1;
 
 impl Mirror {
-    /// A material as a mirror; `None` for glass, for what is rough or no metal, and for what a texture makes so only here and there.
+    /// A material as a mirror; `None` for glass, for what is rough, black or no metal, and for what a texture changes from place to place.
     pub fn of(material: &Material) -> Option<Self> {
         let polished = material.metallic >= 0.5 && material.roughness <= ROUGHEST;
-        let mirror = polished && !material.is_glass() && material.metallic_roughness_texture.is_none();
-        mirror.then(|| Self { reflectance: (material.base_color.truncate() * material.metallic).to_array() })
+        let textures = [material.metallic_roughness_texture, material.base_color_texture, material.normal_texture];
+        let even = textures.iter().all(Option::is_none);
+        let reflectance = (material.base_color.truncate() * material.metallic).clamp(Vec3::ZERO, Vec3::ONE);
+        (polished && even && !material.is_glass() && reflectance != Vec3::ZERO)
+            .then(|| Self { reflectance: reflectance.to_array() })
     }
 
     /// Settings that follow light from one mirror to the next.

@@ -8,8 +8,8 @@ use murano_scene::{LightKind, PlacedLight};
 
 /// Widest half-angle that one picture of a lamp covers, radians.
 const WIDEST: f64 = 1.3;
-/// The sun's view follows its casters by whole steps of so many texels: nothing that it shows shifts against its texels.
-const SNAPPED_TEXELS: f64 = 64.0;
+/// The sun's view follows its casters in steps of whole texels, this part of its picture: nothing that it shows shifts against its texels.
+const STEPS: u32 = 8;
 
 /// A light with the viewpoints that its passes need.
 #[derive(Clone, Debug)]
@@ -51,9 +51,14 @@ impl Lamp {
                 // Wide enough for what the casters throw, in steps, so that one of them that moves does not change what the lamp sees.
                 let half = 4.0 * (0.125 * (8.0 * radius.log2()).ceil()).exp2();
                 let upright = turned(&placed.world_from_light, DVec3::ZERO, axis);
-                let step = SNAPPED_TEXELS * 2.0 * half / f64::from(map_size);
-                let middle = (upright.transpose().transform_vector3(casters.center()) / step).round() * step;
-                let middle = upright.transform_vector3(middle);
+                let step = f64::from(map_size / STEPS) * 2.0 * half / f64::from(map_size.max(1));
+                let middle = match step {
+                    0.0 => casters.center(),
+                    step => {
+                        let steps = upright.transpose().transform_vector3(casters.center()) / step;
+                        upright.transform_vector3(steps.round() * step)
+                    }
+                };
                 Viewpoint {
                     world_from_view: turned(&placed.world_from_light, middle - axis * 2.0 * reach, axis),
                     perspective: false,

@@ -154,7 +154,8 @@ impl Grids {
 /// Deposited caustics of one cast.
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
-    /// `vec4f` a texel: watts for a lamp of intensity 1, RGB. Of the lamp's receiver viewpoint, then of as many texels the part
+    /// `vec4f` a texel: watts for a lamp of intensity 1, RGB, and the part of the range of fixed-point sums that its fullest channel
+    /// takes. Of the lamp's receiver viewpoint, then of as many texels the part
     /// of it where the light lands. Each is followed by its sums over 2 to 32 texels along a side ([`level_texels`] in all).
     pub flux: Output,
     /// Where that part lies, four `f32`: its corner in texels of the whole view, and its texels over those of the whole view.

@@ -56,22 +56,25 @@ pub fn receive(
     let map_size = cast.lamp.receivers.size;
     let starts: [u32; 8] = std::array::from_fn(|mip| texels_before(map_size, mip as u32) as u32);
     let params = Params {
-        receivers_from_eye: from_eye(&cast.lamp.receivers),
-        caster_from_eye: from_eye(cast.viewpoint),
+        // What is not looked up does not matter.
+        receivers_from_eye: caustic_map.map_or(Mat4::ZERO, |_| from_eye(&cast.lamp.receivers)),
+        caster_from_eye: caster.map_or(Mat4::ZERO, |_| from_eye(cast.viewpoint)),
         mip_starts: [0, 4].map(|first| UVec4::from_slice(&starts[first..first + 4])),
         level_texels: level_texels(map_size) as u32,
     };
     let mut pass = ComputePass::new("receive", cast.instance)
         .value("params", &params)
         .value("eye", &eye.uniform(cast.origin))
-        .value("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
         .input("surfaces", surfaces)
         .output("received", 16 * texels(eye.size));
     if let Some(caster) = caster {
         pass = pass.value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin)).input("caster", caster);
     }
     if let Some(caustic_map) = caustic_map {
-        pass = pass.input("caustic_map", caustic_map.flux).input("detail", caustic_map.detail);
+        pass = pass
+            .value("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
+            .input("caustic_map", caustic_map.flux)
+            .input("detail", caustic_map.detail);
     }
     Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
 }
@@ -97,7 +100,8 @@ pub fn gather(
     size: [u32; 2],
     with_caustics: bool,
 ) -> Result<Option<Output>, GpuError> {
-    let params = GatherParams { pixels: size[0] * size[1] };
+    // More pixels than that fit no device.
+    let params = GatherParams { pixels: u32::try_from(texels(size)).unwrap_or(u32::MAX) };
     while received.len() > 1 {
         let mut gathered = Vec::new();
         for group in received.chunks(GATHERED) {

@@ -127,6 +127,7 @@ fn heat_maps_are_written() {
         "newton_3_flip.png",
         "splat_32.png",
         "splat_32_error.png",
+        "splat_32_range.png",
         "truth.png",
     ];
     assert_eq!(names(&folder.join("a/b")), expected);

@@ -12,7 +12,7 @@ use murano_scheduler::Stamp;
 
 use crate::{Floor, materials::MaterialTable};
 
-/// Above this many glass nodes, bodies are formed by material rather than by node.
+/// Above this many nodes of glass, or of mirrors, bodies are formed by material rather than by node.
 const MOST_BODIES: usize = 16;
 
 /// One glass body: its own maps, its own caustics.
@@ -33,6 +33,8 @@ pub(crate) struct Body {
 pub(crate) struct SurfaceSource {
     /// Whether any of its materials has a texture.
     pub(crate) textured: bool,
+    /// Whether any has a map of normals.
+    pub(crate) bends: bool,
     /// Constant buffers by the names that `render::glass_surface` binds.
     pub(crate) buffers: Vec<Constant>,
 }
@@ -150,8 +152,10 @@ pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<Sort
         let optics = glass_of(node, primitive)?;
         Some(if by_node { Glass { tint: [1.0; 3], roughness: 0.0, ..optics } } else { optics })
     });
-    let polished =
-        grouped(&opaque, |node, primitive, _| Mirror::of(&scene.materials[material_of(scene, node, primitive)?]));
+    let polished = grouped(&opaque, |node, primitive, _| {
+        let painted = scene.meshes[scene.nodes[node].mesh?].primitives.get(primitive)?.colors.is_some();
+        Mirror::of(&scene.materials[material_of(scene, node, primitive)?]).filter(|_| !painted)
+    });
     let mirrors = polished
         .into_iter()
         .map(|(mirror, members)| {
@@ -258,7 +262,8 @@ fn surface_of(
     ];
     // Textures are bound where they are sampled.
     buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
-    Some(SurfaceSource { textured, buffers })
+    let bends = materials.iter().any(|material| material.normal_texture.is_some());
+    Some(SurfaceSource { textured, bends, buffers })
 }
 
 fn opaque_of(geometry: Geometry, table: &MaterialTable, shared: [Constant; 3]) -> Opaque {

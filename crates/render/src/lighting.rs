@@ -149,7 +149,7 @@ impl FramePlan<'_> {
             bounds,
             caster,
             surface,
-            bends: thrower.surface.is_some_and(|source| source.textured),
+            bends: thrower.surface.is_some_and(|source| source.bends),
             origin: self.origin,
         };
         let mut caustic_map = None;

@@ -201,7 +201,7 @@ pub struct CausticAccount {
     pub sent: f64,
     /// Watts that met a receiver within the lamp's view.
     pub landed: f64,
-    /// The lamp's whole view: watts a texel, RGB and a zero, row by row.
+    /// The lamp's whole view: watts a texel, RGB, and the part of the fixed-point range that its fullest channel takes, row by row.
     pub map: Vec<[f32; 4]>,
     /// The part of it where the light lands, in as many texels.
     pub detail: Vec<[f32; 4]>,
@@ -209,6 +209,13 @@ pub struct CausticAccount {
     pub detail_offset: [f32; 2],
     /// Its texels over those of the whole view, along each axis.
     pub detail_scale: [f32; 2],
+}
+
+impl CausticAccount {
+    /// The part of the range of fixed-point sums that the fullest texel takes; a quarter, and what rounding adds, at the most.
+    pub fn range_used(&self) -> f32 {
+        self.map.iter().chain(&self.detail).map(|texel| texel[3]).fold(0.0, f32::max)
+    }
 }
 
 fn gather(planned: &Planned, executed: &Executed, pixels: usize) -> crate::Aov {

@@ -40,7 +40,8 @@ pub fn write_refraction(folder: &Path, size: [u32; 2], truth: &Truth, trial: &Re
     Ok(())
 }
 
-/// Writes `caustic_truth.png`, and for every method `NAME_PHOTONS.png` and `NAME_PHOTONS_error.png`.
+/// Writes `caustic_truth.png`, and for every method `NAME_PHOTONS.png`, `NAME_PHOTONS_error.png`, and `NAME_PHOTONS_range.png`: how much of
+/// the range of fixed-point sums each texel takes where most of the light lands; one that took all of it would be the scale's end.
 ///
 /// # Errors
 /// If the folder cannot be written to.
@@ -58,7 +59,11 @@ pub fn write_caustics(folder: &Path, truth: &CausticTruth, trial: &CausticTrial)
     ] {
         write_picture(&folder.join(file), &HeatMap { title, unit: "W/m²", size, values, scale }.draw()?)?;
     }
-    Ok(())
+    let used: Vec<f32> = trial.account.detail.iter().map(|texel| texel[3]).collect();
+    let scale = Scale::new(Scaling::Logarithmic, 1e-9, 1.0)?;
+    let size = [trial.caustics.map_size; 2];
+    let range = HeatMap { title: "fixed-point range used", unit: "", size, values: &used, scale }.draw()?;
+    write_picture(&folder.join(format!("{name}_range.png")), &range)
 }
 
 fn write_picture(path: &Path, picture: &Picture) -> Result<()> {

@@ -174,6 +174,8 @@ pub struct CausticRow {
     ridge_missed: Option<f64>,
     /// Expected relative L1 of the truth's own noise.
     truth_noise_l1: f64,
+    /// Part of the range of fixed-point sums that the fullest texel takes.
+    range_used: f32,
     /// Median of light_map, emit and deposit.
     gpu_ms: Option<f64>,
     /// Between the quartiles of the same.
@@ -197,6 +199,7 @@ impl CausticRow {
             ridge_texels: trial.ridge.map(|ridge| ridge.mean).filter(|mean| mean.is_finite()),
             ridge_missed: trial.ridge.map(|ridge| ridge.missed),
             truth_noise_l1: noise,
+            range_used: trial.account.range_used(),
             gpu_ms: gpu.map(|(median, _)| median),
             gpu_ms_spread: gpu.map(|(_, spread)| spread),
             frame_ms: trial.timing.frame.median,
@@ -235,7 +238,7 @@ impl CausticRow {
     }
 
     /// Headings, and a line of cells a row.
-    pub fn cells(rows: &[Self]) -> ([&'static str; 13], Vec<Vec<String>>) {
+    pub fn cells(rows: &[Self]) -> ([&'static str; 14], Vec<Vec<String>>) {
         let headings = [
             "method",
             "photons",
@@ -247,6 +250,7 @@ impl CausticRow {
             "ridge, texels",
             "missed",
             "truth noise",
+            "range used",
             "GPU ms",
             "±",
             "frame ms",
@@ -264,6 +268,7 @@ impl CausticRow {
                 maybe(row.ridge_texels),
                 maybe(row.ridge_missed),
                 format!("{:.4}", row.truth_noise_l1),
+                format!("{:.4}", row.range_used),
                 maybe(row.gpu_ms),
                 maybe(row.gpu_ms_spread),
                 format!("{:.1}", row.frame_ms),

@@ -9,7 +9,7 @@ use murano_metrics::irradiance::{
 };
 use murano_reference::{PhotonClass, PhotonTracing, Receiver, Window, World, caustic_map, trace_photons};
 use murano_refraction::Interfaces;
-use murano_render::View;
+use murano_render::{CausticAccount, View};
 use murano_scene::{PlacedLight, Projection};
 
 use super::{Subject, Timing, layers::vectors, time_frames};
@@ -167,6 +167,8 @@ pub struct CausticTrial {
     pub ridge: Option<RidgeError>,
     /// What was drawn.
     pub map: IrradianceMap,
+    /// The caustic map of the first caster.
+    pub account: CausticAccount,
     /// How long it takes.
     pub timing: Timing,
 }
@@ -193,6 +195,9 @@ impl CausticTrial {
         let mut request = subject.request.clone();
         request.caustics = Some(caustics);
         let timing = time_frames(&mut subject.renderer, &request, runs)?;
+        request.lights.truncate(1);
+        let account = subject.renderer.caustic_accounts(&request)?.into_iter().next();
+        let account = account.context("nothing of the shot throws a caustic")?;
         let centre = truth.map.centroid();
         let radius = |map: &IrradianceMap| encircled_energy_radius(map, 0.5, centre);
         Ok(Self {
@@ -203,6 +208,7 @@ impl CausticTrial {
             radius_ratio: if map.flux() > 0.0 { radius(&map)? / radius(&truth.map)? } else { 0.0 },
             ridge: ridge_position(&truth.map, &map, RidgeSettings::default()).ok(),
             map,
+            account,
             timing,
         })
     }
