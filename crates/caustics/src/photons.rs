@@ -155,8 +155,8 @@ impl Grids {
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
     /// `vec4f` a texel: watts for a lamp of intensity 1, RGB, and the part of the range of fixed-point sums that its fullest channel
-    /// takes. Of the lamp's receiver viewpoint, then of as many texels the part
-    /// of it where the light lands. Each is followed by its sums over 2 to 32 texels along a side ([`level_texels`] in all).
+    /// takes. Of the lamp's receiver viewpoint, then of as many texels the part of it where the light lands. Each is followed by its sums
+    /// over 2 to 32 texels along a side ([`level_texels`] in all).
     pub flux: Output,
     /// Where that part lies, four `f32`: its corner in texels of the whole view, and its texels over those of the whole view.
     pub detail: Output,

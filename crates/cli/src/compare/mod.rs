@@ -81,7 +81,7 @@ pub struct Arguments {
     /// Frames a second [default: 24]
     #[arg(long, value_name = "N", value_parser = values::positive, requires = "frames", help_heading = "Comparison")]
     fps: Option<f64>,
-    /// Writes pictures and heat maps of the errors there
+    /// Writes pictures and heat maps of the errors there, and of the fixed-point range that caustics take
     #[arg(long, value_name = "DIR", help_heading = "Comparison")]
     heatmap: Option<PathBuf>,
     /// Counts the outermost ring of covered pixels too, where half a pixel of silhouette is any angle
