@@ -4,9 +4,10 @@ mod assets;
 mod cargo;
 mod demo;
 mod driver;
+mod gpu;
 mod test;
 
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -30,6 +31,11 @@ enum Task {
     },
     /// Generates the characters, bodies and the environment of assets/ anew. The same bytes every time.
     Assets,
+    /// Packs the benchmark battery into target/gpu, for a machine that has a GPU and no compiler.
+    Gpu {
+        /// Models (.glb) to measure beside the project's own.
+        models: Vec<PathBuf>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -37,6 +43,7 @@ fn main() -> ExitCode {
         Task::Demo => demo::run(),
         Task::Test { arguments } => test::run(&arguments),
         Task::Assets => assets::run(&cargo::root().join("assets")),
+        Task::Gpu { models } => gpu::run(&models),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

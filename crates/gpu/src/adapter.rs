@@ -1,6 +1,6 @@
 //! Adapters and the device.
 
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::{GpuError, OutputChecks, pipeline::Pipelines, shader::ShaderLibrary, store::Store};
 
@@ -50,11 +50,15 @@ pub struct Gpu {
 
 const STORAGE_BUFFERS: u32 = 24;
 
-fn instance() -> wgpu::Instance {
-    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-    descriptor.backends = wgpu::Backends::PRIMARY;
-    descriptor.flags = wgpu::InstanceFlags::empty();
-    wgpu::Instance::new(descriptor)
+/// The process's one instance: drivers exist that find no adapter any more after some thirty.
+fn instance() -> &'static wgpu::Instance {
+    static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+    INSTANCE.get_or_init(|| {
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = wgpu::Backends::PRIMARY;
+        descriptor.flags = wgpu::InstanceFlags::empty();
+        wgpu::Instance::new(descriptor)
+    })
 }
 
 fn rank(kind: wgpu::DeviceType) -> u8 {
@@ -91,7 +95,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::NoAdapter`] if none fits, [`GpuError::NoDevice`] if the driver refuses.
     pub fn new(choice: &AdapterChoice) -> Result<Self, GpuError> {
-        let all = adapters(&instance());
+        let all = adapters(instance());
         let found = all.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
         let adapter = all
             .into_iter()
@@ -157,9 +161,16 @@ impl Gpu {
         Self { output_checks, ..self }
     }
 
+    /// The same device, whose cache holds nothing.
+    #[must_use]
+    pub fn emptied(self) -> Self {
+        *self.store() = Store::default();
+        self
+    }
+
     /// Every adapter of this machine, best first.
     pub fn adapters() -> Vec<AdapterReport> {
-        adapters(&instance())
+        adapters(instance())
             .iter()
             .map(|adapter| {
                 let info = adapter.get_info();

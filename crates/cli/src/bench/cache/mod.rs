@@ -9,6 +9,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use glam::{DMat4, DVec3};
 use murano_caustics::Caustics;
+use murano_gpu::Gpu;
 use murano_metrics::spread::{Spread, spread};
 use murano_render::{FrameRequest, Renderer, Settings, Skipping, Stage, View, World, open_shot};
 use murano_scene::GlassBodies;
@@ -211,19 +212,22 @@ const MODES: [(&str, Skipping); 3] = [("on", Skipping::On), ("off", Skipping::Of
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<()> {
     arguments.output.prepare()?;
-    let facts = Facts::gather(&arguments.adapter.open()?);
+    let mut gpu = arguments.adapter.open()?;
+    let facts = Facts::gather(&gpu);
     let unlit = [Scenario::Static, Scenario::Camera];
     let mut progress = Progress::new("scenarios", (MODES.len() * Scenario::ALL.len() + unlit.len()) as u64);
     let mut rows = Vec::new();
     let all = Scenario::ALL.into_iter().flat_map(|scenario| MODES.map(|mode| (scenario, mode, true)));
     for (scenario, mode, caustics) in all.chain(unlit.map(|scenario| (scenario, MODES[0], false))) {
-        let row = arguments
-            .measure(scenario, mode, caustics)
+        let measured = arguments
+            .measure(gpu, scenario, mode, caustics)
             .with_context(|| format!("scenario `{}`, cache {}", scenario.name(), mode.0))?;
-        rows.push(row);
+        gpu = measured.1;
+        rows.push(measured.0);
         progress.advance();
     }
     progress.finish();
+    drop(gpu);
     let [static_ratio, camera_ratio] = [Scenario::Static, Scenario::Camera].map(|scenario| arguments.cost(scenario));
     let results = Results {
         facts,
@@ -289,12 +293,18 @@ impl Arguments {
         Ok(Cost { gpu: gpu.is_finite().then_some(gpu), frame: ratio([&sides[0].3, &sides[1].3])? })
     }
 
-    /// On a device of its own, whose cache holds nothing of the scenarios before.
-    fn measure(&self, scenario: Scenario, (cache, skipping): (&'static str, Skipping), caustics: bool) -> Result<Row> {
+    /// With a cache that holds nothing of the scenarios before.
+    fn measure(
+        &self,
+        gpu: Gpu,
+        scenario: Scenario,
+        (cache, skipping): (&'static str, Skipping),
+        caustics: bool,
+    ) -> Result<(Row, Gpu)> {
         let usual = Settings::default();
         let settings = Settings { skipping, caustics: caustics.then(|| self.caustics()), ..usual };
         let (world, subject) = self.subject(scenario, &settings)?;
-        let mut renderer = Renderer::new(self.adapter.open()?, world)?;
+        let mut renderer = Renderer::new(gpu.emptied(), world)?;
         let warm_up = scenario.warm_up(self.frames);
         for k in 0..warm_up {
             renderer.render(&scenario.frame(&subject, k, self.frames))?;
@@ -325,7 +335,7 @@ impl Arguments {
         }
         let gpu_time: Spread = spread(&gpu_times)?;
         let [ran, reused, culled] = decisions.map(|count| count as f64 * share);
-        Ok(Row {
+        let row = Row {
             scenario: scenario.name(),
             caustics,
             cache,
@@ -337,7 +347,8 @@ impl Arguments {
             frame_ms: spread(&frame_times)?.median,
             cache_mib: cache_bytes as f64 / f64::from(1 << 20),
             passes,
-        })
+        };
+        Ok((row, renderer.into_gpu()))
     }
 }
 
