@@ -387,6 +387,7 @@ fn turning_tetrahedron() -> World {
             name: "turn".into(),
             channels: vec![Channel { node: 0, path: Path::Rotation, sampler }],
             duration: 1.0,
+            ..Clip::default()
         }],
         ..Scene::default()
     };

@@ -11,6 +11,7 @@ mod import;
 mod light;
 mod material;
 mod mesh;
+mod property;
 mod shot;
 
 pub use camera::{Camera, Projection, look_along};
@@ -21,6 +22,7 @@ pub use import::{ImportError, ImportProblem, ImportReport, import};
 pub use light::{Light, LightKind, PlacedLight};
 pub use material::{AlphaMode, Image, Material, TextureRef, Wrap};
 pub use mesh::{Mesh, MorphTarget, Primitive};
+pub use property::{CameraProperty, LightProperty, MaterialProperty, Property, PropertyChannel, TextureSlot};
 pub use shot::{
     Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotCamera, ShotError, ShotFloor,
     ShotGlass, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,

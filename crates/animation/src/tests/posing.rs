@@ -13,7 +13,7 @@ fn channel(node: usize, path: Path, width: usize, times: &[f32], values: &[f32])
 }
 
 fn clip(channels: Vec<Channel>) -> Clip {
-    Clip { name: "clip".into(), channels, duration: 1.0 }
+    Clip { name: "clip".into(), channels, duration: 1.0, ..Clip::default() }
 }
 
 #[test]

@@ -127,7 +127,7 @@ impl Character {
         for copy in 0..self.copies {
             self.add_copy(&mut scene, copy, &mut channels);
         }
-        scene.clips.push(Clip { name: "turn".into(), channels, duration: 1.0 });
+        scene.clips.push(Clip { name: "turn".into(), channels, duration: 1.0, ..Clip::default() });
         scene
     }
 

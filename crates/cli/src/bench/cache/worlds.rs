@@ -43,6 +43,7 @@ pub fn balls_over_plate() -> World {
             },
         }],
         duration: 1.0,
+        ..Clip::default()
     };
     let first = place(0).as_vec3();
     let scene = Scene {

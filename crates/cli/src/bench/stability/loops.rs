@@ -79,6 +79,7 @@ fn scene() -> Scene {
         name: "loop".into(),
         channels: channels.map(|(path, sampler)| Channel { node: 0, path, sampler }).into(),
         duration: 1.0,
+        ..Clip::default()
     });
     scene
 }
