@@ -13,7 +13,7 @@ use std::{
 };
 
 use glam::DVec3;
-use murano_animation::{Deformed, Geometry, GeometryLeaves, Pose, deform_f64, shown_primitives};
+use murano_animation::{Deformed, Geometry, GeometryLeaves, Layer, Pose, deform_f64, shown_primitives};
 use murano_gpu::{Gpu, Work};
 use murano_render::{Renderer, World};
 use murano_scene::{Scene, import};
@@ -99,7 +99,7 @@ fn poses(scene: &Scene, samples: u32) -> impl Iterator<Item = (String, Pose)> {
     let clips = (0..scene.clips.len()).flat_map(move |clip| {
         (0..samples).map(move |sample| {
             let time = scene.clips[clip].duration * f64::from(sample) / f64::from(samples - 1).max(1.0);
-            (format!("clip {clip} at {time} s"), Pose::sample(scene, Some(clip), time))
+            (format!("clip {clip} at {time} s"), Pose::sample(scene, &Layer::alone(Some(clip), time)))
         })
     });
     std::iter::once(("rest".to_owned(), Pose::rest(scene))).chain(clips)
@@ -226,11 +226,11 @@ fn the_renderer_deforms_as_in_f64() {
     let mut worst = Worst::default();
     for sample in 0..5 {
         let time = duration * f64::from(sample) / 5.0;
-        let meshes = renderer.deform(Some(0), time).unwrap_or_else(|error| panic!("{error}"));
+        let meshes = renderer.deform(&Layer::alone(Some(0), time)).unwrap_or_else(|error| panic!("{error}"));
         assert!(meshes.iter().any(|mesh| !mesh.positions.is_empty()));
         for mesh in meshes.iter().filter(|mesh| !mesh.positions.is_empty()) {
             let scene = &renderer.world().scene;
-            let truth = deform_f64(&mesh.geometry, scene, &Pose::sample(scene, Some(0), time));
+            let truth = deform_f64(&mesh.geometry, scene, &Pose::sample(scene, &Layer::alone(Some(0), time)));
             worst.include(&mesh.geometry, &truth, &mesh.positions, &mesh.normals, &format!("dancer at {time} s"));
         }
     }

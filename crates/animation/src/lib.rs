@@ -1,7 +1,7 @@
 //! Animation: clips to poses, poses to deformed geometry.
 //!
-//! [`clip_time`] turns playback time into clip time, [`Pose::sample`] a clip time into local transforms, morph weights
-//! and world matrices. [`Geometry`] holds mesh instances as flat arrays for the GPU; a pose reaches it as a
+//! [`played_time`] turns playback time into clip time, and a [`Rig`] [`Layer`]s of clips at times into a [`Pose`]: local
+//! transforms, morph weights and world matrices ([`Pose::sample`] is its truth in f64). [`Geometry`] holds mesh instances as flat arrays for the GPU; a pose reaches it as a
 //! [palette](Geometry::palette) and [morph weights](Geometry::morph_weights). [`deform_f64`] is the same deformation on
 //! the CPU in f64, from the scene's own data.
 //!
@@ -13,11 +13,14 @@ mod bounds;
 mod deform;
 mod geometry;
 mod influences;
+mod layer;
 mod palette;
 mod playback;
 mod ply;
 mod pose;
+mod rig;
 mod sample;
+mod tracks;
 mod truth;
 
 #[cfg(test)]
@@ -26,9 +29,11 @@ mod tests;
 pub use bounds::Bounds;
 pub use deform::{DeformedGeometry, GeometryLeaves};
 pub use geometry::{Geometry, GeometryError, Influence, Instance, MorphDelta, RestVertex, shown_primitives};
+pub use layer::{Blend, Layer};
 pub use palette::AffineRows;
-pub use playback::{LoopMode, clip_time};
+pub use playback::{clip_time, played_time};
 pub use ply::write_ply;
 pub use pose::Pose;
+pub use rig::{Rig, Workspace};
 pub use sample::{sample_rotation, sample_vector, sample_weights};
 pub use truth::{Deformed, deform_f64};

@@ -24,6 +24,6 @@ pub use material::{AlphaMode, Image, Material, TextureRef, Wrap};
 pub use mesh::{Mesh, MorphTarget, Primitive};
 pub use property::{CameraProperty, LightProperty, MaterialProperty, Property, PropertyChannel, TextureSlot};
 pub use shot::{
-    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotCamera, ShotError, ShotFloor,
-    ShotGlass, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
+    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotCamera, ShotError,
+    ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
 };

@@ -255,10 +255,10 @@ impl CameraProperty {
         }
         match (self, &mut camera.projection) {
             (Self::FieldOfView, Projection::Perspective { yfov }) => {
-                *yfov = value.clamp(1e-6, std::f64::consts::PI - 1e-6)
+                *yfov = value.clamp(1e-6, std::f64::consts::PI - 1e-6);
             }
             (Self::HalfHeight, Projection::Orthographic { half_height }) => {
-                *half_height = value.abs().max(f64::MIN_POSITIVE)
+                *half_height = value.abs().max(f64::MIN_POSITIVE);
             }
             (Self::Near, _) => camera.znear = value.max(f64::MIN_POSITIVE),
             _ => {}

@@ -2,6 +2,7 @@
 
 mod corpus;
 mod deformation;
+mod layers;
 mod packed;
 mod posing;
 
