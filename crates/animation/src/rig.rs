@@ -1,6 +1,6 @@
 //! A scene's hierarchy and clips made ready to be posed fast, any number of times, by any number of threads.
 
-use glam::{DQuat, DVec3, Quat, Vec3A};
+use glam::{DQuat, DVec3, Quat, Vec3A, Vec4};
 use murano_scene::{Local, NodeIndex, Scene, Transform};
 
 use crate::layer::{Blend, Layer};
@@ -93,16 +93,15 @@ impl Rig {
     /// Evaluates curves and blends layers, without matrices: what [`Rig::pose_into`] begins with.
     pub fn sample(&self, playing: &[Layer], workspace: &mut Workspace) {
         let Workspace { below, layer, reference } = workspace;
+        // Nothing shows from under the last layer that hides all.
+        let hidden = playing.iter().rposition(|layer| layer.hides_all() && layer.clip < self.clips.len());
         below.copy_from(&self.rest_locals);
+        if let Some(base) = hidden {
+            self.clips[playing[base].clip].write(playing[base].time, below);
+        }
         let mut blended = false;
-        for playing in playing {
+        for playing in &playing[hidden.map_or(0, |base| base + 1)..] {
             let Some(tracks) = self.clips.get(playing.clip) else { continue };
-            if playing.hides_all() {
-                below.copy_from(&self.rest_locals);
-                tracks.write(playing.time, below);
-                blended = false;
-                continue;
-            }
             layer.copy_from(&self.rest_locals);
             tracks.write(playing.time, layer);
             match playing.blend {
@@ -120,6 +119,19 @@ impl Rig {
     }
 
     fn lay_over(&self, playing: &Layer, layer: &Locals, below: &mut Locals) {
+        if playing.mask.is_none() {
+            let (weight, rest) = (playing.weight_of(0) as f32, 1.0 - playing.weight_of(0) as f32);
+            let vectors = |below: &mut [Vec3A], layer: &[Vec3A]| {
+                below.iter_mut().zip(layer).for_each(|(below, &layer)| *below = *below * rest + layer * weight);
+            };
+            vectors(&mut below.translations, &layer.translations);
+            vectors(&mut below.scales, &layer.scales);
+            below.rotations.iter_mut().zip(&layer.rotations).for_each(|(below, &layer)| {
+                *below = toward(*below, layer, rest, weight);
+            });
+            below.weights.iter_mut().zip(&layer.weights).for_each(|(below, &layer)| *below = *below * rest + layer * weight);
+            return;
+        }
         for node in 0..below.rotations.len() {
             let weight = playing.weight_of(node) as f32;
             if weight == 0.0 {
@@ -128,9 +140,7 @@ impl Rig {
             let rest = 1.0 - weight;
             below.translations[node] = below.translations[node] * rest + layer.translations[node] * weight;
             below.scales[node] = below.scales[node] * rest + layer.scales[node] * weight;
-            let (from, to) = (below.rotations[node], layer.rotations[node]);
-            let to = if from.dot(to) < 0.0 { -to } else { to };
-            below.rotations[node] = from * rest + to * weight;
+            below.rotations[node] = toward(below.rotations[node], layer.rotations[node], rest, weight);
             for index in self.weights_of(node) {
                 below.weights[index] = below.weights[index] * rest + layer.weights[index] * weight;
             }
@@ -162,9 +172,16 @@ impl Rig {
     }
 }
 
+/// A sum of two rotations on the hemisphere of the first; not unit.
+fn toward(from: Quat, to: Quat, rest: f32, weight: f32) -> Quat {
+    let aligned = if from.dot(to) < 0.0 { -weight } else { weight };
+    from * rest + to * aligned
+}
+
 fn normalise(locals: &mut Locals, blended: bool) {
     if blended {
-        locals.rotations.iter_mut().for_each(|rotation| *rotation = unit(*rotation).as_quat());
+        let unit = |rotation: Quat| Quat::from_vec4(Vec4::from(rotation).normalize_or(Vec4::W));
+        locals.rotations.iter_mut().for_each(|rotation| *rotation = unit(*rotation));
     }
 }
 
