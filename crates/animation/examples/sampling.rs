@@ -1,5 +1,5 @@
+use murano_animation::{Layer, Rig, Workspace};
 use std::time::Instant;
-use murano_animation::{Rig, Workspace, Layer};
 fn main() {
     for file in std::env::args().skip(1) {
         let scene = murano_scene::import(file.as_ref()).unwrap();
@@ -13,15 +13,24 @@ fn main() {
             let mut best = f64::INFINITY;
             for _ in 0..5 {
                 let s = Instant::now();
-                for k in 0..n { f(k); }
+                for k in 0..n {
+                    f(k);
+                }
                 best = best.min(s.elapsed().as_secs_f64() * 1e6 / n as f64);
             }
-            println!("{file} {name}: {best:.3} us, {:.1} joints/us ({joints} joints, {} nodes)", joints as f64 / best, scene.nodes.len());
+            println!(
+                "{file} {name}: {best:.3} us, {:.1} joints/us ({joints} joints, {} nodes)",
+                joints as f64 / best,
+                scene.nodes.len()
+            );
         };
         run("sample forward", &mut |k| rig.sample(&[Layer::new(0, d * (k % 1000) as f64 / 1000.0)], &mut w));
         run("sample seek", &mut |k| rig.sample(&[Layer::new(0, d * ((k * 7919) % 1000) as f64 / 1000.0)], &mut w));
         let last = scene.clips.len() - 1;
-        run("sample blend of 2", &mut |k| { let t = d * (k % 1000) as f64 / 1000.0; rig.sample(&[Layer::new(0, t), Layer { weight: 0.5, ..Layer::new(last, t) }], &mut w) });
+        run("sample blend of 2", &mut |k| {
+            let t = d * (k % 1000) as f64 / 1000.0;
+            rig.sample(&[Layer::new(0, t), Layer { weight: 0.5, ..Layer::new(last, t) }], &mut w)
+        });
         run("pose", &mut |k| rig.pose_into(&[Layer::new(0, d * (k % 1000) as f64 / 1000.0)], &mut w, &mut pose));
     }
 }

@@ -1,6 +1,6 @@
 //! A scene's hierarchy and clips made ready to be posed fast, any number of times, by any number of threads.
 
-use glam::{DQuat, DVec3, Quat, Vec3A, Vec4};
+use glam::{DMat4, DQuat, DVec3, Quat, Vec3A, Vec4};
 use murano_scene::{Local, NodeIndex, Scene, Transform};
 
 use crate::layer::{Blend, Layer};
@@ -63,6 +63,11 @@ impl Rig {
 
     /// As [`Rig::pose`], into a pose of this rig.
     pub fn pose_into(&self, playing: &[Layer], workspace: &mut Workspace, pose: &mut Pose) {
+        self.pose_at(playing, &DMat4::IDENTITY, workspace, pose);
+    }
+
+    /// As [`Rig::pose_into`], with every root hung on `world_from_root`.
+    pub fn pose_at(&self, playing: &[Layer], world_from_root: &DMat4, workspace: &mut Workspace, pose: &mut Pose) {
         self.sample(playing, workspace);
         let below = &workspace.below;
         for (node, local) in pose.locals.iter_mut().enumerate() {
@@ -86,7 +91,8 @@ impl Rig {
         }
         for &(node, parent) in &self.order {
             let local = pose.locals[node].matrix();
-            pose.world_from_node[node] = parent.map_or(local, |parent| pose.world_from_node[parent] * local);
+            let world_from_parent = parent.map_or(world_from_root, |parent| &pose.world_from_node[parent]);
+            pose.world_from_node[node] = *world_from_parent * local;
         }
     }
 
@@ -129,7 +135,11 @@ impl Rig {
             below.rotations.iter_mut().zip(&layer.rotations).for_each(|(below, &layer)| {
                 *below = toward(*below, layer, rest, weight);
             });
-            below.weights.iter_mut().zip(&layer.weights).for_each(|(below, &layer)| *below = *below * rest + layer * weight);
+            below
+                .weights
+                .iter_mut()
+                .zip(&layer.weights)
+                .for_each(|(below, &layer)| *below = *below * rest + layer * weight);
             return;
         }
         for node in 0..below.rotations.len() {

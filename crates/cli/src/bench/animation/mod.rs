@@ -134,7 +134,7 @@ impl Arguments {
             let pose = Pose::sample(&scene, &Layer::alone(clip, time));
             sampling.push(start.elapsed().as_secs_f64() * 1e6);
             let start = Instant::now();
-            std::hint::black_box((geometry.palette(&pose, DVec3::ZERO), geometry.morph_weights(&pose)));
+            std::hint::black_box(geometry.palette(&pose, DVec3::ZERO));
             palettes.push(start.elapsed().as_secs_f64() * 1e6);
             let truth = deform_f64(&geometry, &scene, &pose);
             let deformed = renderer.deform(&Layer::alone(clip, time))?;
