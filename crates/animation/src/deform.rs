@@ -173,6 +173,6 @@ mod tests {
         check_storage_layout!(deform, "Influence", Influence { entry, weight }).unwrap();
         check_storage_layout!(deform, "MorphWord", MorphWord { moved, first }).unwrap();
         check_storage_layout!(deform, "ActiveTarget", ActiveTarget { word, weight }).unwrap();
-        check_storage_layout!(deform, "ActiveRange", ActiveRange { vertex, start, end, padding }).unwrap();
+        check_storage_layout!(deform, "ActiveRange", ActiveRange { vertex, start, end, row }).unwrap();
     }
 }

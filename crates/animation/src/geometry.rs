@@ -80,7 +80,7 @@ pub struct Instance {
     pub palette: Range<u32>,
     /// Morph targets.
     pub targets: u32,
-    /// First of its words in [`Geometry::morph_words`]: a row of one word for 32 vertices for every target.
+    /// First of its words in [`Geometry::morph_words`]: a row of one word a target for every 8 vertices.
     pub morph_words: u32,
 }
 

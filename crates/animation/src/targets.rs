@@ -1,19 +1,19 @@
 //! Morph targets packed so that a target of weight 0 costs nothing, nor a vertex that a target does not move.
 //!
-//! Every target of an instance has a row of words, one for 32 of its vertices: which of them it moves, and where the first of
-//! these stands in the list of displacements.
+//! Every 8 vertices of an instance have a row of words, one for each of its targets: which of the vertices it moves, and where
+//! the first of these stands in the list of displacements. What neighbouring threads read one after the other so lies side by side.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use murano_scene::Primitive;
 
-use crate::geometry::{Geometry, Instance};
+use crate::geometry::Geometry;
 use crate::pose::Pose;
 
 /// Vertices of a [`MorphWord`].
-pub(crate) const WORD: usize = 32;
+pub(crate) const WORD: usize = 8;
 
-/// What a target does to 32 vertices.
+/// What a target does to 8 vertices.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MorphWord {
@@ -27,7 +27,7 @@ pub struct MorphWord {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ActiveTarget {
-    /// Index of its first word.
+    /// Index of its word in the first row.
     pub word: u32,
     /// Its weight.
     pub weight: f32,
@@ -43,8 +43,8 @@ pub struct ActiveRange {
     pub start: u32,
     /// Behind the last.
     pub end: u32,
-    /// Fills the record to 16 bytes; zero.
-    pub padding: u32,
+    /// Words in a row: all targets of the instance.
+    pub row: u32,
 }
 
 /// What a target does to a vertex of a primitive at weight 1: displacement of the position, metres, and of the normal.
@@ -56,16 +56,11 @@ pub(crate) fn displacement(primitive: &Primitive, target: usize, vertex: usize) 
     (both != [Vec3::ZERO; 2]).then_some(both)
 }
 
-/// Words of a row.
-pub(crate) fn words(vertices: usize) -> usize {
-    vertices.div_ceil(WORD)
-}
-
 impl Geometry {
     /// Appends the rows of a primitive's targets; `sources` are its vertices as the instance has them.
     pub(crate) fn push_targets(&mut self, primitive: &Primitive, sources: &[usize]) {
-        for target in 0..primitive.targets.len() {
-            for sources in sources.chunks(WORD) {
+        for sources in sources.chunks(WORD) {
+            for target in 0..primitive.targets.len() {
                 let mut word = MorphWord { moved: 0, first: self.displacements.len() as u32 };
                 for (bit, &source) in sources.iter().enumerate() {
                     let Some([position, normal]) = displacement(primitive, target, source) else { continue };
@@ -82,15 +77,14 @@ impl Geometry {
         for instance in &self.instances {
             let start = targets.len() as u32;
             let weights = &pose.weights[instance.node];
-            let row = words(instance.vertices.len()) as u32;
             for target in 0..instance.targets {
                 let weight = weights.get(target as usize).map_or(0.0, |&weight| weight as f32);
                 if weight != 0.0 {
-                    targets.push(ActiveTarget { word: instance.morph_words + target * row, weight });
+                    targets.push(ActiveTarget { word: instance.morph_words + target, weight });
                 }
             }
-            let Instance { vertices, .. } = instance;
-            ranges.push(ActiveRange { vertex: vertices.start, start, end: targets.len() as u32, padding: 0 });
+            let end = targets.len() as u32;
+            ranges.push(ActiveRange { vertex: instance.vertices.start, start, end, row: instance.targets });
         }
     }
 }

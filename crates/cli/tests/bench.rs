@@ -99,12 +99,16 @@ fn caustics_are_run_time_against_error() {
 
 #[test]
 fn animation_is_exact_and_timed() {
-    let (json, _) = bench(&["animation", &asset("dancer.glb"), "--samples", "3", "--runs", "1", "--no-growth"]);
+    let (json, _) =
+        bench(&["animation", &asset("dancer.glb"), "--samples", "3", "--runs", "1", "--crowd", "40", "--no-growth"]);
     let model = &json["models"][0];
     assert_eq!(model["poses"].as_u64(), Some(3 * model["clips"].as_u64().unwrap()));
     assert!(model["max_error"].as_f64().unwrap() < 1e-5, "{model:#}");
     assert!(model["max_normal_deg"].as_f64().unwrap() < 0.1, "{model:#}");
-    assert!(model["sample_us"].as_f64().unwrap() > 0.0);
+    assert!(model["sampling"]["forward"].as_f64().unwrap() > 0.0);
+    let crowd = &json["crowds"][0];
+    assert_eq!(crowd["characters"].as_u64(), Some(40));
+    assert!(crowd["still_ms"].as_f64().unwrap() < crowd["moving_ms"].as_f64().unwrap(), "{crowd:#}");
 }
 
 #[test]

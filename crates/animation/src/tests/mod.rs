@@ -10,6 +10,7 @@ mod posing;
 use glam::{DMat4, DVec3, Vec3};
 use murano_scene::{Local, Mesh, Node, NodeIndex, Primitive, Scene, Skin, Transform};
 
+use crate::targets::WORD;
 use crate::{Deformed, Geometry, Pose, deform_f64};
 
 /// A node without anything on it.
@@ -91,9 +92,10 @@ fn deform_packed(geometry: &Geometry, pose: &Pose, origin: DVec3) -> Vec<DVec3> 
     let vertex_at = |vertex: usize| {
         let mut rest = Vec3::from_array(geometry.vertices[vertex].position);
         let range = ranges[geometry.vertices[vertex].instance as usize];
-        let (word, bit) = ((vertex as u32 - range.vertex) / 32, 1u32 << ((vertex as u32 - range.vertex) % 32));
+        let place = vertex as u32 - range.vertex;
+        let (word, bit) = (place / WORD as u32, 1u32 << (place % WORD as u32));
         for target in &targets[range.start as usize..range.end as usize] {
-            let word = geometry.morph_words[(target.word + word) as usize];
+            let word = geometry.morph_words[(target.word + word * range.row) as usize];
             if word.moved & bit != 0 {
                 let index = word.first + (word.moved & (bit - 1)).count_ones();
                 rest += target.weight * Vec3::from_slice(&geometry.displacements[index as usize]);

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use glam::{DMat4, DVec3, Vec3};
-use murano_animation::{Geometry, Layer, Pose, shown_primitives};
+use murano_animation::{Geometry, Layer, Rig, Workspace, shown_primitives};
 use murano_gpu::Gpu;
 use murano_metrics::spread::spread;
 use murano_render::{Renderer, World};
@@ -23,23 +23,27 @@ use crate::{
 const RINGS: [u32; 6] = [16, 32, 64, 128, 256, 512];
 const JOINTS: [usize; 5] = [4, 16, 64, 256, 1024];
 const TARGETS: [usize; 5] = [1, 4, 16, 64, 256];
+const INFLUENCES: [usize; 5] = [1, 2, 4, 8, 16];
 const CHARACTERS: [usize; 5] = [1, 4, 16, 64, 256];
 /// Keys of every curve.
 const KEYS: usize = 32;
 
 /// Measurements in all.
-pub const POINTS: usize = RINGS.len() + JOINTS.len() + TARGETS.len() + CHARACTERS.len();
+pub const POINTS: usize = RINGS.len() + JOINTS.len() + 2 * TARGETS.len() + INFLUENCES.len() + CHARACTERS.len();
 
 /// What grows.
 #[derive(Clone, Copy)]
 struct Character {
     rings: u32,
     joints: usize,
+    influences: usize,
     targets: usize,
+    /// Weight of every target.
+    weight: f64,
     copies: usize,
 }
 
-const USUAL: Character = Character { rings: 64, joints: 32, targets: 0, copies: 1 };
+const USUAL: Character = Character { rings: 64, joints: 32, influences: 4, targets: 0, weight: 0.5, copies: 1 };
 
 /// Measures all curves; those of the GPU only on an adapter with timestamps.
 ///
@@ -51,10 +55,14 @@ pub fn measure(gpu: Gpu, runs: usize, progress: &mut Progress) -> Result<Vec<Gro
     let vertices = RINGS.map(|rings| Character { rings, ..USUAL });
     let joints = JOINTS.map(|joints| Character { joints, ..USUAL });
     let targets = TARGETS.map(|targets| Character { targets, rings: 32, ..USUAL });
+    let idle = targets.map(|it| Character { weight: 0.0, ..it });
+    let influences = INFLUENCES.map(|influences| Character { influences, ..USUAL });
     let copies = CHARACTERS.map(|copies| Character { copies, rings: 16, ..USUAL });
     curves.extend(bench.curves("vertices", &vertices, |it| f64::from(2 * it.rings * (it.rings - 1) + 2))?);
     curves.extend(bench.curves("joints", &joints, |it| it.joints as f64)?);
     curves.extend(bench.curves("morph targets", &targets, |it| it.targets as f64)?);
+    curves.extend(bench.curves("morph targets at weight 0", &idle, |it| it.targets as f64)?);
+    curves.extend(bench.curves("influences a vertex", &influences, |it| it.influences as f64)?);
     curves.extend(bench.curves("characters", &copies, |it| it.copies as f64)?);
     curves.retain(|curve| !curve.points.is_empty());
     Ok(curves)
@@ -90,10 +98,13 @@ impl Bench<'_> {
 
     fn time_pose(&self, scene: &Scene) -> Result<murano_metrics::spread::Spread> {
         let geometry = Geometry::build(scene, &shown_primitives(scene))?;
+        let rig = Rig::new(scene);
+        let (mut pose, mut workspace) = (rig.rest().clone(), Workspace::default());
+        let mut palette = geometry.palette(&pose, DVec3::ZERO);
         let times = (0..self.runs.max(3) * 4).map(|run| {
             let start = Instant::now();
-            let pose = Pose::sample(scene, &Layer::alone(Some(0), 0.01 * run as f64));
-            std::hint::black_box(geometry.palette(&pose, DVec3::ZERO));
+            rig.pose_into(&[Layer::new(0, 0.01 * run as f64)], &mut workspace, &mut pose);
+            geometry.palette_into(&pose, DVec3::ZERO, &mut palette);
             start.elapsed().as_secs_f64() * 1e3
         });
         Ok(spread(&times.collect::<Vec<_>>())?)
@@ -101,20 +112,22 @@ impl Bench<'_> {
 }
 
 impl Character {
-    /// Balls with a chain of joints from pole to pole, four influences a vertex, every joint turning; every target moves
-    /// every vertex.
+    /// Balls with a chain of joints from pole to pole, every joint turning; every target moves every vertex.
     fn scene(self) -> Scene {
         let ball = Body::ball(1.0, self.rings, 2 * self.rings);
         let mut scene = ball.alone(1.5);
         scene.materials[0].transmission = 0.0;
         let primitive = &mut scene.meshes[0].primitives[0];
         let heights: Vec<f32> = primitive.positions.iter().map(|position| position.y).collect();
-        let bind = |height: f32| {
+        let bind = |height: f32, set: usize| {
             let place = 0.5 * (1.0 - height.clamp(-1.0, 1.0)) * (self.joints - 1) as f32;
-            [0, 1, 2, 3].map(|k| (place as usize + k).min(self.joints - 1) as u16)
+            [0, 1, 2, 3].map(|k| (place as usize + 4 * set + k).min(self.joints - 1) as u16)
         };
-        primitive.joints = vec![heights.iter().map(|&height| bind(height)).collect()];
-        primitive.weights = vec![vec![[0.4, 0.3, 0.2, 0.1]; heights.len()]];
+        let sets = self.influences.div_ceil(4);
+        let weight = |k: usize| if k < self.influences { 0.4 / (k + 1) as f32 } else { 0.0 };
+        primitive.joints = (0..sets).map(|set| heights.iter().map(|&height| bind(height, set)).collect()).collect();
+        primitive.weights =
+            (0..sets).map(|set| vec![[0, 1, 2, 3].map(|k| weight(4 * set + k)); heights.len()]).collect();
         primitive.targets = (0..self.targets)
             .map(|target| MorphTarget {
                 positions: Some(heights.iter().map(|&y| Vec3::splat(0.01 * (y * (target + 1) as f32).sin())).collect()),
@@ -165,7 +178,7 @@ impl Character {
         scene.nodes.push(Node {
             mesh: Some(0),
             skin: Some(copy),
-            weights: vec![0.5; self.targets],
+            weights: vec![self.weight; self.targets],
             ..node(Transform::IDENTITY, None)
         });
         scene.roots.extend([first, body]);

@@ -1,22 +1,22 @@
 //! `murano bench animation`: what a pose costs, and how far the GPU's deformation lies from that in f64.
 
+mod crowd;
 mod growth;
 mod page;
 
-use std::{
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::DVec3;
 use murano_animation::{Deformed, Geometry, Layer, Pose, deform_f64, shown_primitives};
 use murano_gpu::Gpu;
-use murano_metrics::spread::{Spread, spread};
+use murano_metrics::spread::Spread;
 use murano_render::{Renderer, World};
 use murano_scene::Scene;
 use serde::Serialize;
+
+use crowd::{CrowdResult, Sampling};
 
 use super::{
     growth::Growth,
@@ -31,7 +31,8 @@ use crate::{
 /// What a pose costs on the processor and the GPU, beside how far it lies from f64
 ///
 /// Every clip is taken at several times. On the processor: sampling the clip, world matrices, the palette. On the GPU: the
-/// deform passes. The error is the largest distance of a vertex from the deformation in f64, over the body's diameter.
+/// deform passes. The error is the largest distance of a vertex from the deformation in f64, over the body's diameter. A crowd of
+/// every model is posed where all move, where one in a hundred does, where none does, and deformed.
 #[derive(Args)]
 #[command(after_help = "Examples:\n  \
     murano bench animation assets/dancer.glb assets/octopus.glb\n  \
@@ -46,6 +47,9 @@ pub struct Arguments {
     /// Frames timed for each figure
     #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
     runs: u32,
+    /// Characters in a crowd; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    crowd: u32,
     /// Leaves out how cost grows with vertices, joints, targets and characters
     #[arg(long, conflicts_with = "growth_only")]
     no_growth: bool,
@@ -65,6 +69,7 @@ struct Results {
     facts: Facts,
     runs: u32,
     models: Vec<ModelResult>,
+    crowds: Vec<CrowdResult>,
     growth: Vec<Growth>,
 }
 
@@ -82,10 +87,8 @@ struct ModelResult {
     max_error: f64,
     /// Largest angle of a normal from f64 where normals are smooth, degrees; `None` where none is.
     max_normal_deg: Option<f64>,
-    /// Median time of sampling a clip and of the world matrices, microseconds.
-    sample_us: f64,
-    /// Median time of the palette and morph weights, microseconds.
-    palette_us: f64,
+    /// How fast its first clip is sampled; `None` without a clip.
+    sampling: Option<Sampling>,
     /// Median GPU time of all deform passes, milliseconds.
     deform_ms: Option<f64>,
     /// Between the quartiles of the same.
@@ -99,11 +102,17 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     let facts = Facts::gather(&gpu);
     let points = if arguments.no_growth { 0 } else { growth::POINTS };
     let mut progress = Progress::new("measurements", (arguments.inputs.len() + points) as u64);
-    let mut results = Results { facts, runs: arguments.runs, models: Vec::new(), growth: Vec::new() };
+    let mut results =
+        Results { facts, runs: arguments.runs, models: Vec::new(), crowds: Vec::new(), growth: Vec::new() };
     for input in &arguments.inputs {
         let measured = arguments.measure(gpu, input).with_context(|| input.display().to_string())?;
         gpu = measured.1;
         results.models.push(measured.0);
+        if arguments.crowd > 0 {
+            let scene = murano_scene::import(input)?;
+            let (count, runs) = (arguments.crowd as usize, arguments.runs as usize);
+            results.crowds.extend(crowd::crowd(&gpu, file_name(input), &scene, count, runs)?);
+        }
         progress.advance();
     }
     if !arguments.no_growth {
@@ -113,6 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.output.json_on_stdout() {
         if !results.models.is_empty() {
             say(results.table())?;
+            say(Table::new(&CrowdResult::headings(), results.crowds.iter().map(CrowdResult::cells).collect()))?;
         }
         results.growth.iter().try_for_each(say)?;
     }
@@ -127,15 +137,9 @@ impl Arguments {
         let geometry = Geometry::build(&scene, &shown_primitives(&scene))?;
         let mut renderer = Renderer::new(gpu, World { scene: scene.clone(), environment: None, floor: None })?;
         let mut errors = Errors::default();
-        let (mut sampling, mut palettes) = (Vec::new(), Vec::new());
         let poses = poses(&scene, self.samples);
         for &(clip, time) in &poses {
-            let start = Instant::now();
             let pose = Pose::sample(&scene, &Layer::alone(clip, time));
-            sampling.push(start.elapsed().as_secs_f64() * 1e6);
-            let start = Instant::now();
-            std::hint::black_box(geometry.palette(&pose, DVec3::ZERO));
-            palettes.push(start.elapsed().as_secs_f64() * 1e6);
             let truth = deform_f64(&geometry, &scene, &pose);
             let deformed = renderer.deform(&Layer::alone(clip, time))?;
             let mut found = Deformed::default();
@@ -159,8 +163,7 @@ impl Arguments {
             poses: poses.len(),
             max_error: errors.position,
             max_normal_deg: errors.normal_deg,
-            sample_us: spread(&sampling)?.median,
-            palette_us: spread(&palettes)?.median,
+            sampling: crowd::sampling(&scene, &geometry, self.runs),
             deform_ms: deform.map(|spread| spread.median),
             deform_ms_spread: deform.as_ref().map(Spread::interquartile),
         };
@@ -213,7 +216,7 @@ impl Errors {
 }
 
 impl Results {
-    fn headings() -> [&'static str; 11] {
+    fn headings() -> [&'static str; 13] {
         [
             "model",
             "vertices",
@@ -223,13 +226,18 @@ impl Results {
             "poses",
             "error/diam",
             "normal °",
-            "sample µs",
-            "palette µs",
+            "joints/µs",
+            "seeking",
+            "blended",
+            "with palette",
             "deform ms",
         ]
     }
 
     fn cells(&self) -> Vec<Vec<String>> {
+        let rate = |model: &ModelResult, of: fn(&Sampling) -> f64| {
+            model.sampling.as_ref().map_or_else(|| "-".into(), |sampling| format!("{:.0}", of(sampling)))
+        };
         let line = |model: &ModelResult| {
             vec![
                 model.input.clone(),
@@ -240,8 +248,10 @@ impl Results {
                 model.poses.to_string(),
                 format!("{:.1e}", model.max_error),
                 model.max_normal_deg.map_or_else(|| "-".into(), |degrees| format!("{degrees:.1e}")),
-                format!("{:.1}", model.sample_us),
-                format!("{:.1}", model.palette_us),
+                rate(model, |it| it.forward),
+                rate(model, |it| it.seeking),
+                rate(model, |it| it.blended),
+                rate(model, |it| it.with_palette),
                 model.deform_ms.map_or_else(|| "-".into(), |ms| format!("{ms:.3}")),
             ]
         };

@@ -2,14 +2,14 @@
 
 use murano_metrics::report::{Block, Column, Report, Table};
 
-use super::Results;
+use super::{CrowdResult, Results};
 use crate::bench::growth;
 
 /// The page.
 pub fn page(results: &Results) -> Report {
     let mut blocks = vec![Block::Paragraph(
-        "Sampling is a clip's curves and the world matrices of all nodes, the palette every joint's matrix in f64, rounded \
-         once; both on one thread of the processor. Deformation is the GPU time of the deform passes that reuse nothing. \
+        "Joints a microsecond are curves evaluated on one thread of the processor, all of a clip's: as time goes on, at times that \
+         jump, half and half of two clips, and with the world matrices and the palette of every joint. Deformation is the GPU time of the deform passes that reuse nothing. \
          The error is the largest distance of any vertex in any pose from the same deformation in f64."
             .into(),
     )];
@@ -19,6 +19,16 @@ pub fn page(results: &Results) -> Report {
         let caption = "Medians; the error is the worst of all poses".into();
         blocks.push(Block::Heading("Models".into()));
         blocks.push(Block::Table(Table { caption, columns, rows: results.cells() }));
+    }
+    if !results.crowds.is_empty() {
+        let mut columns: Vec<Column> = CrowdResult::headings().map(Column::number).into();
+        columns[0] = Column::text("model");
+        let caption = "Poses and palettes on all cores, medians. Tracking: what asking who moves adds where all do. GB/s: the bytes \
+                       that a deformation reads and writes at least, beside a plain copy of as many"
+            .into();
+        let rows = results.crowds.iter().map(CrowdResult::cells).collect();
+        blocks.push(Block::Heading("Crowds".into()));
+        blocks.push(Block::Table(Table { caption, columns, rows }));
     }
     if !results.growth.is_empty() {
         blocks.push(Block::Heading("How cost grows".into()));
