@@ -1,14 +1,14 @@
 //! The surface of glass: its colours and their textures, roughness, maps of normals, thin walls.
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
-use murano_animation::Pose;
+use murano_animation::{Layer, Pose};
 use murano_optics::snell;
 use murano_reference::{Camera, PathScene, PathSettings, World as TracedWorld, path_picture};
 use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
 use murano_render::{Frame, Renderer, Settings, Stage, View, World};
 use murano_scene::{
-    Environment, FloorLevel, GlassBodies, Image, Local, Material, Mesh, Node, Primitive, Scene, Shot, ShotGlass,
-    TextureRef, Transform, Wrap,
+    Clip, Environment, FloorLevel, GlassBodies, Image, Interpolation, Local, Material, MaterialProperty, Mesh, Node,
+    Primitive, Property, PropertyChannel, Sampler, Scene, Shot, ShotGlass, TextureRef, Transform, Wrap,
 };
 use murano_tests::bench::{asset, degrees_between, gpu, pixel_ray, still, vectors};
 
@@ -252,4 +252,48 @@ fn thin_walls_are_those_of_the_path_tracer() {
     let found = off_the_path_tracer("sphere.glb", glass, settings);
     eprintln!("a bubble: {found:.5}");
     assert!(found < 0.0438, "{found}");
+}
+
+/// A model of glass with clips that drive its material from 0 to 1 s.
+fn driven(base: &str, curves: &[(MaterialProperty, [f32; 2])]) -> World {
+    let mut shot = Shot::for_model(&asset(base));
+    shot.glass = ShotGlass { bodies: GlassBodies::All, ior: Some(1.2), ..ShotGlass::default() };
+    let (mut world, _) = Stage::open(shot).unwrap_or_else(|error| panic!("{error}"));
+    let channel = |&(property, values): &(MaterialProperty, [f32; 2])| PropertyChannel {
+        property: Property::Material(0, property),
+        sampler: Sampler {
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 1.0],
+            width: 1,
+            values: values.into(),
+        },
+    };
+    let properties = curves.iter().map(channel).collect();
+    world.scene.clips = vec![Clip { name: "change".into(), properties, duration: 1.0, ..Clip::default() }];
+    world
+}
+
+/// Glass whose clip changes it is, at each moment, the glass that it has become: in the picture and in its caustic.
+#[test]
+fn a_clip_changes_the_glass() {
+    let curves = [
+        (MaterialProperty::Ior, [1.25, 1.75]),
+        (MaterialProperty::Roughness, [0.0, 0.5]),
+        (MaterialProperty::Transmission, [1.0, 0.5]),
+    ];
+    let mut shot = Shot::for_model(&asset("bumpy.glb"));
+    shot.output.size = [SIDE; 2];
+    let (_, stage) = Stage::open(shot).unwrap_or_else(|error| panic!("{error}"));
+    let request = stage.request(0.0, &Settings::default());
+    let mut moving = Renderer::new(gpu(), driven("bumpy.glb", &curves)).expect("a body");
+    for (time, ior, roughness, transmission) in [(0.0, 1.25, 0.0, 1.0), (0.5, 1.5, 0.25, 0.75), (1.0, 1.75, 0.5, 0.5)] {
+        let mut world = driven("bumpy.glb", &[]);
+        world.scene.clips.clear();
+        world.scene.materials[0] = Material { ior, roughness, transmission, ..world.scene.materials[0].clone() };
+        let still = murano_render::FrameRequest { playing: Vec::new(), ..request.clone() };
+        let wanted = Renderer::new(gpu(), world).expect("a body").render(&still).expect("a frame");
+        let played = murano_render::FrameRequest { playing: Layer::alone(Some(0), time), ..request.clone() };
+        let found = moving.render(&played).expect("a frame");
+        assert!(found.rgba == wanted.rgba, "at {time} s");
+    }
 }

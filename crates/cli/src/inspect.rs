@@ -70,7 +70,7 @@ fn mesh_json(mesh: &Mesh) -> Value {
 }
 
 fn clip_json(clip: &Clip) -> Value {
-    json!({ "name": clip.name, "duration": clip.duration, "channels": clip.channels.len() })
+    json!({ "name": clip.name, "duration": clip.duration, "channels": clip.channels.len(), "properties": clip.properties.len() })
 }
 
 fn material_json(material: &Material) -> Value {
@@ -166,7 +166,11 @@ fn mesh_line(mesh: &Mesh) -> String {
 }
 
 fn clip_line(clip: &Clip) -> String {
-    format!("{}: {:.3} s, {} channels", named(&clip.name), clip.duration, clip.channels.len())
+    let properties = match clip.properties.len() {
+        0 => String::new(),
+        count => format!(", {count} of materials, lights, cameras or single weights"),
+    };
+    format!("{}: {:.3} s, {} channels of nodes{properties}", named(&clip.name), clip.duration, clip.channels.len())
 }
 
 fn material_line(material: &Material) -> String {

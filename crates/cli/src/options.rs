@@ -91,7 +91,7 @@ pub struct ShotOptions {
     /// Picture size in pixels [default: 512x512]
     #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
     size: Option<[u32; 2]>,
-    /// Camera: eye=X,Y,Z target=X,Y,Z fov=DEG (vertical), each of them optional
+    /// Camera: eye=X,Y,Z target=X,Y,Z fov=DEG (vertical), each of them optional; or the model's own: model[=NAME]
     #[arg(long, value_name = "WORD", num_args = 1..=3, help_heading = "Picture")]
     camera: Vec<CameraWord>,
     /// The camera turns around its target, degrees a second
@@ -99,7 +99,7 @@ pub struct ShotOptions {
         long, value_name = "DEG/S", value_parser = values::number, allow_negative_numbers = true, help_heading = "Picture"
     )]
     orbit: Option<f64>,
-    /// Light: spot|point|directional pos=X,Y,Z dir=X,Y,Z intensity=I cone=DEG, each of them optional
+    /// Light: spot|point|directional pos=X,Y,Z dir=X,Y,Z intensity=I cone=DEG, each of them optional; or the model's own: model
     #[arg(long, value_name = "WORD", num_args = 1..=5, help_heading = "Picture")]
     light: Vec<LightWord>,
     /// The light turns around the model, degrees a second
@@ -224,13 +224,15 @@ impl ShotOptions {
     /// `--camera` takes the place of the shot's path.
     fn change_camera(&self, shot: &mut Shot) {
         if !self.camera.is_empty() {
+            shot.camera.model = None;
             shot.camera.keys.clear();
         }
         for word in &self.camera {
-            match *word {
+            match word {
+                CameraWord::Model(name) => shot.camera.model = Some(name.clone()),
                 CameraWord::Eye(eye) => shot.camera.eye = Some(eye.to_array()),
                 CameraWord::Target(target) => shot.camera.target = Some(target.to_array()),
-                CameraWord::Fov(fov) => shot.camera.fov = fov,
+                CameraWord::Fov(fov) => shot.camera.fov = *fov,
             }
         }
         shot.camera.orbit = self.orbit.unwrap_or(shot.camera.orbit);
@@ -244,6 +246,7 @@ impl ShotOptions {
         }
         for word in &self.light {
             match *word {
+                LightWord::Model => shot.light.model = true,
                 LightWord::Kind(kind) => shot.light.kind = kind,
                 LightWord::Position(position) => shot.light.position = Some(position.to_array()),
                 LightWord::Direction(direction) => shot.light.direction = Some(direction.to_array()),

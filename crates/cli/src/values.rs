@@ -188,8 +188,10 @@ pub fn floor(text: &str) -> Result<FloorLevel, String> {
 }
 
 /// One word of `--camera`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CameraWord {
+    /// The model's own, by its name or that of its node; empty for the first.
+    Model(String),
     /// World, metres.
     Eye(DVec3),
     /// World, metres.
@@ -202,8 +204,12 @@ impl FromStr for CameraWord {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        let expected = "expected eye=X,Y,Z, target=X,Y,Z or fov=DEG (INPUT goes before --camera)";
+        let expected = "expected eye=X,Y,Z, target=X,Y,Z, fov=DEG or model[=NAME] (INPUT goes before --camera)";
+        if word == "model" {
+            return Ok(Self::Model(String::new()));
+        }
         match word.split_once('=').ok_or(expected)? {
+            ("model", name) => Ok(Self::Model(name.to_owned())),
             ("eye", value) => vector(value).map(Self::Eye),
             ("target", value) => vector(value).map(Self::Target),
             ("fov", value) => match number(value)? {
@@ -232,6 +238,8 @@ pub fn light_name(kind: ShotLightKind) -> &'static str {
 /// One word of `--light`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightWord {
+    /// The model's own lights.
+    Model,
     /// Shape.
     Kind(ShotLightKind),
     /// World, metres.
@@ -248,8 +256,11 @@ impl FromStr for LightWord {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        let expected = "expected spot, point or directional, pos=X,Y,Z, dir=X,Y,Z, intensity=I or cone=DEG \
+        let expected = "expected spot, point, directional or model, pos=X,Y,Z, dir=X,Y,Z, intensity=I or cone=DEG \
                         (INPUT goes before --light)";
+        if word == "model" {
+            return Ok(Self::Model);
+        }
         let Some((name, value)) = word.split_once('=') else {
             return light_kind(word).map(Self::Kind).map_err(|_| expected.into());
         };

@@ -1,16 +1,20 @@
 //! What a world is made of, sorted by how it is drawn: glass bodies one by one, everything opaque as one.
 
-use std::sync::OnceLock;
+use std::{collections::BTreeSet, sync::OnceLock};
 
 use glam::{DVec3, Vec3, Vec4};
 use murano_animation::{Geometry, GeometryError, GeometryLeaves, Instance, Pose, deform_f64, shown_primitives};
 use murano_caustics::Mirror;
 use murano_gpu::Leaf;
 use murano_refraction::{Glass, TriangleTree};
-use murano_scene::{Local, Material, Mesh, Node, NodeIndex, Primitive, Scene, Transform};
-use murano_scheduler::Stamp;
+use murano_scene::{
+    Local, Material, MaterialProperty, Mesh, Node, NodeIndex, Primitive, Property, PropertyChannel, Scene, Transform,
+};
 
-use crate::{Floor, materials::MaterialTable};
+use crate::{
+    Floor,
+    looks::{Constant, constant},
+};
 
 /// Above this many nodes of glass, or of mirrors, bodies are formed by material rather than by node.
 const MOST_BODIES: usize = 16;
@@ -19,33 +23,26 @@ const MOST_BODIES: usize = 16;
 pub(crate) struct Body {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
-    pub(crate) glass: Glass,
-    /// What its surface is sampled from, where that is not the same everywhere; `glass` then has the means of its materials'
-    /// tints and roughnesses.
-    pub(crate) surface: Option<SurfaceSource>,
-    /// Whether any part of it is rough.
-    pub(crate) rough: bool,
+    /// What it is put together from.
+    pub(crate) parts: Vec<Part>,
+    /// Row in the table of materials of each triangle.
+    triangle_materials: Vec<u32>,
+    /// Made when its surface is not the same everywhere.
+    surface_buffers: OnceLock<[Constant; 3]>,
     /// Made when a method asks for it.
     tree: OnceLock<TriangleTree>,
 }
 
-/// What the surface of a glass body is sampled from.
-pub(crate) struct SurfaceSource {
-    /// Whether any of its materials has a texture.
-    pub(crate) textured: bool,
-    /// Whether any has a map of normals.
-    pub(crate) bends: bool,
-    /// Constant buffers by the names that `render::glass_surface` binds.
-    pub(crate) buffers: Vec<Constant>,
-}
-
-/// A constant buffer: the name that shaders bind it by, its stamp, its content.
-type Constant = (&'static str, Stamp, Leaf);
-
 impl Body {
-    /// Whether light passes as if there were nothing.
-    pub(crate) fn is_invisible(&self) -> bool {
-        self.surface.is_none() && self.glass.is_invisible()
+    /// Texture coordinates, vertex colours and materials of its triangles.
+    pub(crate) fn surface_buffers(&self) -> &[Constant; 3] {
+        self.surface_buffers.get_or_init(|| {
+            [
+                constant("texcoords", Leaf::of(&self.geometry.texcoords)),
+                constant("colors", Leaf::of(&self.geometry.colors)),
+                constant("triangle_materials", Leaf::of(&self.triangle_materials)),
+            ]
+        })
     }
 
     /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
@@ -72,17 +69,16 @@ impl Body {
 pub(crate) struct MirrorBody {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
-    pub(crate) mirror: Mirror,
+    /// One of its parts; all are of the same metal.
+    pub(crate) part: Part,
 }
 
 /// Everything that is shaded.
 pub(crate) struct Opaque {
     pub(crate) geometry: Geometry,
     pub(crate) leaves: GeometryLeaves,
-    /// Whether any material has a texture.
-    pub(crate) textured: bool,
-    /// Constant buffers by the names the opaque shader binds.
-    pub(crate) buffers: Vec<Constant>,
+    /// Constant buffers by the names the opaque shader binds, but for the materials.
+    pub(crate) buffers: [Constant; 3],
 }
 
 /// Appends a floor to a scene as a node of its own and returns its material.
@@ -126,7 +122,8 @@ pub(crate) fn add_floor(scene: &mut Scene, floor: &Floor) -> usize {
     material
 }
 
-fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize> {
+/// Index of a part's material.
+pub(crate) fn material_of(scene: &Scene, node: NodeIndex, primitive: usize) -> Option<usize> {
     let mesh = &scene.meshes[scene.nodes[node].mesh?];
     mesh.primitives.get(primitive)?.material.filter(|&index| index < scene.materials.len())
 }
@@ -138,59 +135,97 @@ pub(crate) struct Sorted {
     pub(crate) opaque: Opaque,
 }
 
-/// Splits what a scene shows into glass bodies and the rest, and tells what of that is polished metal.
-pub(crate) fn sort(scene: &Scene, floor: Option<(usize, &Floor)>) -> Result<Sorted, GeometryError> {
+/// Splits what a scene shows into glass bodies and the rest, and tells what of that is polished metal. What a clip makes glass at any
+/// time is glass.
+pub(crate) fn sort(scene: &Scene) -> Result<Sorted, GeometryError> {
+    let driven = Driven::of(scene);
     let glass_of = |node, primitive| {
-        let material = &scene.materials[material_of(scene, node, primitive)?];
-        material.is_glass().then(|| Glass::of(material))
+        let index = material_of(scene, node, primitive)?;
+        let material = &scene.materials[index];
+        let glass = material.is_glass() || driven.glass.contains(&index);
+        // What a clip drives may part from what is like it now.
+        glass.then(|| (Glass::of(material), driven.materials.contains(&index).then_some(index)))
     };
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
     // Primitives of one node that refract alike are one body: a closed surface may be cut into several materials.
     let groups = grouped(&glass, |node, primitive, by_node| {
-        let optics = glass_of(node, primitive)?;
-        Some(if by_node { Glass { tint: [1.0; 3], roughness: 0.0, ..optics } } else { optics })
+        let (optics, own) = glass_of(node, primitive)?;
+        Some((if by_node { Glass { tint: [1.0; 3], roughness: 0.0, ..optics } } else { optics }, own))
     });
     let polished = grouped(&opaque, |node, primitive, _| {
         let painted = scene.meshes[scene.nodes[node].mesh?].primitives.get(primitive)?.colors.is_some();
-        Mirror::of(&scene.materials[material_of(scene, node, primitive)?]).filter(|_| !painted)
+        let index = material_of(scene, node, primitive)?;
+        let mirror = Mirror::of(&scene.materials[index]).filter(|_| !painted)?;
+        Some((mirror, driven.materials.contains(&index).then_some(index)))
     });
     let mirrors = polished
         .into_iter()
-        .map(|(mirror, members)| {
+        .map(|members| {
             let geometry = Geometry::build(scene, &members)?;
-            Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, mirror })
+            Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, part: members[0] })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
-    let mut table = MaterialTable::new(scene);
-    if let Some((material, floor)) = floor {
-        table.rows[material].fade_radius = floor.half_extent as f32;
-    }
-    let shared = material_buffers(&table);
+    let row_of = |material: Option<usize>| material.unwrap_or(scene.materials.len());
     let bodies = groups
         .into_iter()
-        .map(|(glass, members)| {
-            let geometry = Geometry::build(scene, &members)?;
-            let used: Vec<&Material> = members
-                .iter()
-                .filter_map(|&(node, primitive)| Some(&scene.materials[material_of(scene, node, primitive)?]))
-                .collect();
-            let surface = surface_of(&geometry, &used, &table, &shared);
-            // A map of normals that is seen from afar is roughness too.
-            let rough = used.iter().any(|material| material.roughness > 0.0 || material.normal_texture.is_some());
-            let glass = with_means(glass, &used);
-            Ok(Body { surface, rough, leaves: GeometryLeaves::new(&geometry), geometry, glass, tree: OnceLock::new() })
+        .map(|parts| {
+            let geometry = Geometry::build(scene, &parts)?;
+            let row = |&instance: &u32| row_of(geometry.instances[instance as usize].material) as u32;
+            let triangle_materials = geometry.triangle_instances.iter().map(row).collect();
+            Ok(Body {
+                leaves: GeometryLeaves::new(&geometry),
+                geometry,
+                parts,
+                triangle_materials,
+                surface_buffers: OnceLock::new(),
+                tree: OnceLock::new(),
+            })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
     let geometry = Geometry::build(scene, &opaque)?;
-    Ok(Sorted { bodies, mirrors, opaque: opaque_of(geometry, &table, shared) })
+    let object = |&instance: &u32| {
+        let row = row_of(geometry.instances[instance as usize].material);
+        // Objects beyond 16 bits share numbers: only the silhouette filter between two such would notice.
+        (row as u32 & 0xffff) | (instance & 0x7fff) << 16
+    };
+    let objects: Vec<u32> = geometry.triangle_instances.iter().map(object).collect();
+    let buffers = [
+        constant("texcoords", Leaf::of(&geometry.texcoords)),
+        constant("colors", Leaf::of(&geometry.colors)),
+        constant("triangle_materials", Leaf::of(&objects)),
+    ];
+    Ok(Sorted { bodies, mirrors, opaque: Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers } })
+}
+
+/// What the clips of a scene drive.
+#[derive(Default)]
+struct Driven {
+    /// Materials.
+    materials: BTreeSet<usize>,
+    /// Those whose transmission is above zero at some key.
+    glass: BTreeSet<usize>,
+}
+
+impl Driven {
+    fn of(scene: &Scene) -> Self {
+        let mut driven = Self::default();
+        for PropertyChannel { property, sampler } in scene.clips.iter().flat_map(|clip| &clip.properties) {
+            let Property::Material(index, property) = *property else { continue };
+            driven.materials.insert(index);
+            if property == MaterialProperty::Transmission && sampler.values.iter().any(|value| *value > 0.0) {
+                driven.glass.insert(index);
+            }
+        }
+        driven
+    }
 }
 
 /// A primitive of a node.
-type Part = (NodeIndex, usize);
+pub(crate) type Part = (NodeIndex, usize);
 
 /// Sorts what has a kind by node and kind; by kind alone where there are too many nodes to draw one by one, which it tells `kind_of`.
-fn grouped<K: PartialEq>(parts: &[Part], kind_of: impl Fn(NodeIndex, usize, bool) -> Option<K>) -> Vec<(K, Vec<Part>)> {
+fn grouped<K: PartialEq>(parts: &[Part], kind_of: impl Fn(NodeIndex, usize, bool) -> Option<K>) -> Vec<Vec<Part>> {
     let has_kind = |&&(node, primitive): &&Part| kind_of(node, primitive, true).is_some();
     let mut nodes: Vec<NodeIndex> = parts.iter().filter(has_kind).map(|&(node, _)| node).collect();
     nodes.dedup();
@@ -204,82 +239,5 @@ fn grouped<K: PartialEq>(parts: &[Part], kind_of: impl Fn(NodeIndex, usize, bool
             None => groups.push((own, kind, vec![(node, primitive)])),
         }
     }
-    groups.into_iter().map(|(_, kind, members)| (kind, members)).collect()
-}
-
-/// The table of materials and its textures, as shaders read them.
-fn material_buffers(table: &MaterialTable) -> [Constant; 3] {
-    [
-        constant("materials", Leaf::of(&table.rows)),
-        constant("texture_slots", Leaf::of(&table.slots)),
-        constant("texels", Leaf::of(&table.texels)),
-    ]
-}
-
-fn constant(name: &'static str, (stamp, leaf): (Stamp, Leaf)) -> Constant {
-    (name, stamp, leaf)
-}
-
-/// A body's glass with the means of its materials' tints and roughnesses.
-fn with_means(glass: Glass, materials: &[&Material]) -> Glass {
-    let count = materials.len().max(1) as f32;
-    let tint = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).sum::<Vec3>() / count;
-    let roughness = materials.iter().map(|material| material.roughness).sum::<f32>() / count;
-    Glass { tint: tint.to_array(), roughness, ..glass }
-}
-
-/// What a body's surface is sampled from, unless it is the same everywhere.
-fn surface_of(
-    geometry: &Geometry,
-    materials: &[&Material],
-    table: &MaterialTable,
-    shared: &[Constant; 3],
-) -> Option<SurfaceSource> {
-    let textures = |material: &Material| {
-        [
-            material.base_color_texture,
-            material.transmission_texture,
-            material.metallic_roughness_texture,
-            material.normal_texture,
-        ]
-    };
-    let textured = materials.iter().any(|material| textures(material).iter().any(Option::is_some));
-    let coloured = geometry.colors.iter().any(|[r, g, b, _]| [*r, *g, *b] != [1.0; 3]);
-    let of = |material: &Material| (Glass::of(material).tint, material.roughness);
-    if !textured && !coloured && materials.windows(2).all(|pair| of(pair[0]) == of(pair[1])) {
-        return None;
-    }
-    let triangle_materials: Vec<u32> = geometry
-        .triangle_instances
-        .iter()
-        .map(|&instance| table.row_of(geometry.instances[instance as usize].material) as u32)
-        .collect();
-    let mut buffers = vec![
-        constant("texcoords", Leaf::of(&geometry.texcoords)),
-        constant("colors", Leaf::of(&geometry.colors)),
-        constant("triangle_materials", Leaf::of(&triangle_materials)),
-    ];
-    // Textures are bound where they are sampled.
-    buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
-    let bends = materials.iter().any(|material| material.normal_texture.is_some());
-    Some(SurfaceSource { textured, bends, buffers })
-}
-
-fn opaque_of(geometry: Geometry, table: &MaterialTable, shared: [Constant; 3]) -> Opaque {
-    let triangle_materials: Vec<u32> = geometry
-        .triangle_instances
-        .iter()
-        .map(|&instance| {
-            let row = table.row_of(geometry.instances[instance as usize].material);
-            // Objects beyond 16 bits share numbers: only the silhouette filter between two such would notice.
-            (row as u32 & 0xffff) | (instance & 0x7fff) << 16
-        })
-        .collect();
-    let mut buffers = vec![
-        constant("texcoords", Leaf::of(&geometry.texcoords)),
-        constant("colors", Leaf::of(&geometry.colors)),
-        constant("triangle_materials", Leaf::of(&triangle_materials)),
-    ];
-    buffers.extend(shared);
-    Opaque { leaves: GeometryLeaves::new(&geometry), geometry, textured: !table.slots.is_empty(), buffers }
+    groups.into_iter().map(|(.., members)| members).collect()
 }

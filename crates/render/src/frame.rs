@@ -14,8 +14,9 @@ use murano_scheduler::{Output, Plan};
 
 use crate::{
     FrameRequest, ToneMap, View,
-    bodies::{Body, Sorted, SurfaceSource},
+    bodies::{Body, Sorted},
     distant::Distant,
+    looks::{Looks, SurfaceSource},
 };
 
 /// What a frame is made from: a world made ready.
@@ -23,6 +24,7 @@ pub(crate) struct Stock<'a> {
     pub(crate) gpu: &'a Gpu,
     pub(crate) scene: &'a Scene,
     pub(crate) sorted: &'a Sorted,
+    pub(crate) looks: &'a Looks,
     pub(crate) distant: &'a Distant,
     /// Where fading surfaces have their centre, world.
     pub(crate) fade_centre: DVec3,
@@ -70,7 +72,7 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
     let mut plan = Plan::new();
     let posed: Vec<Bounds> = stock.sorted.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
     let opaque_bounds = stock.sorted.opaque.geometry.posed_bounds(pose);
-    let visible = stock.sorted.bodies.iter().zip(&posed).filter(|(body, _)| !body.is_invisible());
+    let visible = stock.looks.bodies.iter().zip(&posed).filter(|(look, _)| !look.is_invisible());
     let glass_bounds = visible.fold(Bounds::EMPTY, |all, (_, one)| all.union(*one));
     let origin = origin(if glass_bounds.is_empty() { &opaque_bounds } else { &glass_bounds });
     let eye = eye(&request.view, request.size);
@@ -179,15 +181,16 @@ impl FramePlan<'_> {
     fn deform_bodies(&self, plan: &mut Plan<Work>, pose: &Pose, posed: &[Bounds]) -> Result<Vec<PosedBody>, GpuError> {
         let mut bodies = Vec::new();
         for (index, (body, bounds)) in (0..).zip(self.stock.sorted.bodies.iter().zip(posed)) {
-            if body.is_invisible() {
+            let look = &self.stock.looks.bodies[index as usize];
+            if look.is_invisible() {
                 plan.cull("deform", index + 1, "index of refraction 1 and clear: it changes nothing")?;
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let mut mapped = Mapped::from(deformed);
-            mapped.shows_triangles = body.surface.is_some();
+            mapped.shows_triangles = look.surface.is_some();
             let refraction =
-                if body.glass.thin { self.request.refraction.through_walls() } else { self.request.refraction };
+                if look.glass.thin { self.request.refraction.through_walls() } else { self.request.refraction };
             if refraction.method.traces() {
                 let tree = body.tree(self.stock.scene);
                 mapped.tree = Some(tree.refit(self.stock.gpu, plan, ("refit", index), &deformed)?);
@@ -197,7 +200,7 @@ impl FramePlan<'_> {
             {
                 mapped.thickness = Some(self.bake_thickness(plan, index, body, scale)?);
             }
-            bodies.push(PosedBody { index, glass: body.glass, mapped, bounds: *bounds });
+            bodies.push(PosedBody { index, glass: look.glass, mapped, bounds: *bounds });
         }
         Ok(bodies)
     }
@@ -206,14 +209,18 @@ impl FramePlan<'_> {
     fn deform_mirrors(&self, plan: &mut Plan<Work>, pose: &Pose) -> Result<Vec<PosedMirror>, GpuError> {
         let Sorted { bodies, mirrors, .. } = self.stock.sorted;
         let mut posed = Vec::new();
-        for (index, body) in (bodies.len() as u32..).zip(mirrors) {
+        for (index, (body, mirror)) in (bodies.len() as u32..).zip(mirrors.iter().zip(&self.stock.looks.mirrors)) {
+            let Some(mirror) = *mirror else {
+                plan.cull("deform", index + 1, "it is no mirror now")?;
+                continue;
+            };
             if self.request.caustics.is_none() || self.request.lights.is_empty() {
                 plan.cull("deform", index + 1, "a mirror, and nothing asks for caustics")?;
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let bounds = body.geometry.posed_bounds(pose);
-            posed.push(PosedMirror { index, mirror: body.mirror, mapped: deformed.into(), bounds });
+            posed.push(PosedMirror { index, mirror, mapped: deformed.into(), bounds });
         }
         Ok(posed)
     }
@@ -230,10 +237,8 @@ impl FramePlan<'_> {
 
     /// Opaque things, lit by the environment, before it where there is nothing.
     fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
-        let shader = self
-            .stock
-            .gpu
-            .shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.sorted.opaque.textured))?;
+        let shader =
+            self.stock.gpu.shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.looks.textured))?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -251,7 +256,7 @@ impl FramePlan<'_> {
             .output("colour", 16 * count)
             .output("cover", 4 * count);
         let mut pass = rasterise(self.stock.gpu, pass, geometry, self.eye.size, Layers::Nearest)?;
-        for (name, stamp, leaf) in &self.stock.sorted.opaque.buffers {
+        for (name, stamp, leaf) in self.stock.sorted.opaque.buffers.iter().chain(&self.stock.looks.materials) {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
         let outputs =
@@ -284,7 +289,7 @@ impl FramePlan<'_> {
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
-        let source = self.stock.sorted.bodies[body.index as usize].surface.as_ref();
+        let source = self.stock.looks.bodies[body.index as usize].surface.as_ref();
         let surface = source
             .map(|source| self.glass_surface(plan, ("glass_surface", body.index), &self.eye, source, &map))
             .transpose()?
@@ -307,7 +312,7 @@ impl FramePlan<'_> {
             drawn,
             inside_map,
             surface,
-            rough: self.stock.sorted.bodies[body.index as usize].rough,
+            rough: self.stock.looks.bodies[body.index as usize].rough,
             aov: self.request.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;

@@ -5,6 +5,7 @@ mod bodies;
 mod distant;
 mod frame;
 mod lighting;
+mod looks;
 mod materials;
 mod renderer;
 mod request;

@@ -12,8 +12,8 @@ use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    bodies::SurfaceSource,
     frame::{FramePlan, OpaquePicture, PosedBody, PosedMirror},
+    looks::SurfaceSource,
 };
 
 /// Texels a side of a lamp's view where no caustic map asks for another size.
@@ -100,7 +100,7 @@ impl FramePlan<'_> {
                     plan.cull("emit", pair, "no receiver is in the light's view")?;
                     continue;
                 }
-                let surface = sorted.bodies.get(index as usize).and_then(|body| body.surface.as_ref());
+                let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
                 received.extend(self.cast(plan, &thrower, &lamp, receivers, seen.surfaces)?);
             }

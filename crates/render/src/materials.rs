@@ -53,8 +53,20 @@ impl MaterialTable {
     /// The materials of a scene in order, then the default material.
     pub(crate) fn new(scene: &Scene) -> Self {
         let mut table = Self::default();
+        table.fill(scene, &scene.materials);
+        table
+    }
+
+    /// Rows and slots of a scene's materials as they have become; its `texels` are the same, and not in it.
+    pub(crate) fn with_materials(&self, scene: &Scene, materials: &[Material]) -> Self {
+        let mut table = Self { stored: self.stored.clone(), ..Self::default() };
+        table.fill(scene, materials);
+        table
+    }
+
+    fn fill(&mut self, scene: &Scene, materials: &[Material]) {
         let default = Material::default();
-        for material in scene.materials.iter().chain([&default]) {
+        for material in materials.iter().chain([&default]) {
             let row = MaterialRow {
                 base_color: material.base_color.to_array(),
                 emissive: (material.emissive * material.emissive_strength).to_array(),
@@ -62,22 +74,16 @@ impl MaterialTable {
                 roughness: material.roughness,
                 normal_scale: material.normal_scale,
                 fade_radius: 0.0,
-                base_color_slot: table.slot(scene, material.base_color_texture, true),
-                metallic_roughness_slot: table.slot(scene, material.metallic_roughness_texture, false),
-                normal_slot: table.slot(scene, material.normal_texture, false),
-                emissive_slot: table.slot(scene, material.emissive_texture, true),
-                transmission_slot: table.slot(scene, material.transmission_texture, false),
+                base_color_slot: self.slot(scene, material.base_color_texture, true),
+                metallic_roughness_slot: self.slot(scene, material.metallic_roughness_texture, false),
+                normal_slot: self.slot(scene, material.normal_texture, false),
+                emissive_slot: self.slot(scene, material.emissive_texture, true),
+                transmission_slot: self.slot(scene, material.transmission_texture, false),
                 transmission: material.transmission,
                 padding: [0; 3],
             };
-            table.rows.push(row);
+            self.rows.push(row);
         }
-        table
-    }
-
-    /// Row of a primitive's material.
-    pub(crate) fn row_of(&self, material: Option<usize>) -> usize {
-        material.unwrap_or(self.rows.len() - 1)
     }
 
     fn slot(&mut self, scene: &Scene, texture: Option<TextureRef>, srgb: bool) -> u32 {

@@ -1,7 +1,9 @@
 //! The renderer: a world made ready for a device, and the frames it is asked for.
 
+use std::sync::Arc;
+
 use glam::{DVec3, DVec4};
-use murano_animation::{Geometry, GeometryError, Layer, Rig};
+use murano_animation::{Geometry, GeometryError, Layer, Properties, Rig};
 use murano_caustics::level_texels;
 use murano_gpu::{Executed, Gpu, GpuError, Work};
 use murano_refraction::texels;
@@ -14,6 +16,7 @@ use crate::{
     bodies::{self, Sorted},
     distant::Distant,
     frame::{self, Planned, Stock},
+    looks::{LookSource, Looks},
 };
 
 /// Why a frame could not be made.
@@ -41,6 +44,7 @@ pub struct Renderer {
     world: World,
     rig: Rig,
     sorted: Sorted,
+    look_source: LookSource,
     distant: Distant,
     fade_centre: DVec3,
     history: History,
@@ -64,11 +68,12 @@ impl Renderer {
     pub fn new(gpu: Gpu, mut world: World) -> Result<Self, RenderError> {
         let floor = world.floor;
         let material = floor.as_ref().map(|floor| bodies::add_floor(&mut world.scene, floor));
-        let sorted = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
+        let sorted = bodies::sort(&world.scene)?;
+        let look_source = LookSource::new(&world.scene, &sorted, material.zip(floor.as_ref()));
         let fade_centre = floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
         let distant = Distant::new(world.environment.as_ref());
         let rig = Rig::new(&world.scene);
-        Ok(Self { gpu, world, rig, sorted, distant, fade_centre, history: History::new() })
+        Ok(Self { gpu, world, rig, sorted, look_source, distant, fade_centre, history: History::new() })
     }
 
     /// The world, with the floor as a node of its scene.
@@ -87,11 +92,18 @@ impl Renderer {
         self.gpu
     }
 
-    fn stock(&self) -> Stock<'_> {
+    /// What everything looks like while this plays.
+    fn looks(&self, playing: &[Layer]) -> Arc<Looks> {
+        let properties = Properties::sample(&self.world.scene, playing);
+        self.look_source.at(&self.world.scene, &self.sorted, &properties.materials)
+    }
+
+    fn stock<'a>(&'a self, looks: &'a Looks) -> Stock<'a> {
         Stock {
             gpu: &self.gpu,
             scene: &self.world.scene,
             sorted: &self.sorted,
+            looks,
             distant: &self.distant,
             fade_centre: self.fade_centre,
         }
@@ -104,7 +116,8 @@ impl Renderer {
     pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
-        let planned = frame::plan(&self.stock(), &pose, request)?;
+        let looks = self.looks(&request.playing);
+        let planned = frame::plan(&self.stock(&looks), &pose, request)?;
         let mut targets = vec![planned.picture];
         if request.aov {
             targets.push(planned.colour);
@@ -161,7 +174,8 @@ impl Renderer {
     pub fn caustic_accounts(&mut self, request: &FrameRequest) -> Result<Vec<CausticAccount>, RenderError> {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
-        let planned = frame::plan(&self.stock(), &pose, request)?;
+        let looks = self.looks(&request.playing);
+        let planned = frame::plan(&self.stock(&looks), &pose, request)?;
         let targets: Vec<Output> = planned
             .accounts
             .iter()

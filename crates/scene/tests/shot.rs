@@ -71,6 +71,7 @@ fn every_field_survives_writing_and_reading() {
         }],
         hold: Some(0.25),
         camera: ShotCamera {
+            model: Some("front".into()),
             eye: Some([1.0, 2.0, 3.0]),
             target: Some([0.0, 0.5, 0.0]),
             fov: 35.0,
@@ -83,6 +84,7 @@ fn every_field_survives_writing_and_reading() {
             ],
         },
         light: ShotLight {
+            model: true,
             kind: ShotLightKind::Directional,
             position: Some([0.0, 5.0, 0.0]),
             direction: Some([0.0, -1.0, 0.25]),

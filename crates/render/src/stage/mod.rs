@@ -4,6 +4,7 @@
 mod extent;
 mod framing;
 mod glass;
+mod own;
 mod playing;
 
 use std::path::{Path, PathBuf};
@@ -21,6 +22,7 @@ pub use extent::Extent;
 
 use crate::{Floor, FrameRequest, PlacedLight, Skipping, ToneMap, View, World};
 use framing::FramedLight;
+use own::Own;
 use playing::Playing;
 
 /// Environment of a shot that names none: the studio that comes with the program.
@@ -71,6 +73,19 @@ pub enum StageError {
         /// The nodes there are.
         choices: String,
     },
+    /// The model's camera that is to see does not exist.
+    #[error("{} has no camera `{wanted}`; choose one of: {choices}", model.display())]
+    NoCamera {
+        /// The model file.
+        model: PathBuf,
+        /// Name; empty for any.
+        wanted: String,
+        /// The cameras there are.
+        choices: String,
+    },
+    /// The model's lights are to light, and there are none.
+    #[error("{} has no light; leave the choice of the light to the program, or describe one", .0.display())]
+    NoLights(PathBuf),
     /// The material that is to be glass does not exist.
     #[error("{} has no material `{wanted}`; choose one of: {choices}", model.display())]
     NoMaterial {
@@ -155,6 +170,7 @@ impl Default for Settings {
 pub struct Stage {
     shot: Shot,
     playing: Playing,
+    own: Option<Own>,
     extent: Extent,
     light: FramedLight,
 }
@@ -177,6 +193,7 @@ impl Stage {
             EnvironmentChoice::File(path) => Some(Environment::load(path)?),
         };
         let playing = Playing::new(&shot, &scene)?;
+        let own = Own::new(&shot, &scene)?;
         let seconds = f64::from(frame_count(&shot, &playing)) / shot.output.fps;
         let extent = Extent::measure(&scene, &playing.moments(seconds))
             .map_err(|source| StageError::Geometry { model: shot.model.clone(), source })?;
@@ -192,7 +209,7 @@ impl Stage {
             albedo: shot.floor.albedo,
         });
         let light = FramedLight::new(&shot.light, &extent, height.unwrap_or(extent.lowest));
-        Ok((World { scene, environment, floor }, Self { shot, playing, extent, light }))
+        Ok((World { scene, environment, floor }, Self { shot, playing, own, extent, light }))
     }
 
     /// The shot as it stands.
@@ -220,7 +237,7 @@ impl Stage {
         frame_count(&self.shot, &self.playing)
     }
 
-    /// The camera at a moment, seconds after the shot's beginning.
+    /// The shot's camera at a moment, seconds after its beginning.
     pub fn camera(&self, elapsed: f64) -> Aim {
         let [width, height] = self.shot.output.size;
         let camera = &self.shot.camera;
@@ -228,7 +245,7 @@ impl Stage {
         camera.at(elapsed, Aim { eye, target: self.extent.center, fov: camera.fov })
     }
 
-    /// The light at a moment, seconds after the shot's beginning.
+    /// The shot's light at a moment, seconds after its beginning.
     pub fn placed_light(&self, elapsed: f64) -> PlacedLight {
         let framed = &self.light;
         let (position, forward): (DVec3, DVec3) =
@@ -247,12 +264,15 @@ impl Stage {
 
     /// The frame at a moment, seconds after the shot's beginning: `n / fps` for frame n.
     pub fn request(&self, elapsed: f64, settings: &Settings) -> FrameRequest {
+        let playing = self.playing.at(elapsed, settings.start);
         let aim = self.camera(elapsed);
+        let usual = || View::look_at(aim.eye, aim.target, aim.fov.to_radians());
+        let own = self.own.as_ref();
         FrameRequest {
-            playing: self.playing.at(elapsed, settings.start),
             size: self.shot.output.size,
-            view: View::look_at(aim.eye, aim.target, aim.fov.to_radians()),
-            lights: vec![self.placed_light(elapsed)],
+            view: own.and_then(|own| own.view(&playing)).unwrap_or_else(usual),
+            lights: own.and_then(|own| own.lights(&playing)).unwrap_or_else(|| vec![self.placed_light(elapsed)]),
+            playing,
             refraction: settings.refraction,
             caustics: settings.caustics,
             exposure: self.shot.exposure,

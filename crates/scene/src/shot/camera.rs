@@ -18,6 +18,9 @@ pub struct Aim {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShotCamera {
+    /// The model's own camera, by its name or that of its node (empty for the first), with whatever its clip makes of it;
+    /// everything else here is then without effect.
+    pub model: Option<String>,
     /// Position, metres; `None` frames the model from `azimuth` and `elevation`.
     pub eye: Option<[f64; 3]>,
     /// Point looked at, metres; `None` is the model's centre.
@@ -36,7 +39,16 @@ pub struct ShotCamera {
 
 impl Default for ShotCamera {
     fn default() -> Self {
-        Self { eye: None, target: None, fov: 40.0, azimuth: 25.0, elevation: 15.0, orbit: 0.0, keys: Vec::new() }
+        Self {
+            model: None,
+            eye: None,
+            target: None,
+            fov: 40.0,
+            azimuth: 25.0,
+            elevation: 15.0,
+            orbit: 0.0,
+            keys: Vec::new(),
+        }
     }
 }
 

@@ -21,6 +21,9 @@ pub enum ShotLightKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShotLight {
+    /// The model's own lights in place of this one, with whatever its clip makes of them; everything else here is then
+    /// without effect.
+    pub model: bool,
     /// Shape.
     pub kind: ShotLightKind,
     /// Metres; `None` is above the model.
@@ -40,6 +43,7 @@ pub struct ShotLight {
 impl Default for ShotLight {
     fn default() -> Self {
         Self {
+            model: false,
             kind: ShotLightKind::Spot,
             position: None,
             direction: None,

@@ -1,0 +1,163 @@
+//! What bodies look like at a moment: glass, mirrors and the table of materials, anew where a clip drives materials.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use murano_caustics::Mirror;
+use murano_gpu::Leaf;
+use murano_refraction::Glass;
+use murano_scene::{Material, Scene};
+use murano_scheduler::Stamp;
+
+use crate::{
+    Floor,
+    bodies::{Body, Part, Sorted, material_of},
+    materials::MaterialTable,
+};
+
+/// A constant buffer: the name that shaders bind it by, its stamp, its content.
+pub(crate) type Constant = (&'static str, Stamp, Leaf);
+
+pub(crate) fn constant(name: &'static str, (stamp, leaf): (Stamp, Leaf)) -> Constant {
+    (name, stamp, leaf)
+}
+
+/// What the surface of a glass body is sampled from.
+#[derive(Clone)]
+pub(crate) struct SurfaceSource {
+    /// Whether any of its materials has a texture.
+    pub(crate) textured: bool,
+    /// Whether any has a map of normals.
+    pub(crate) bends: bool,
+    /// Constant buffers by the names that `render::glass_surface` binds.
+    pub(crate) buffers: Vec<Constant>,
+}
+
+/// What a glass body looks like.
+#[derive(Clone)]
+pub(crate) struct Look {
+    pub(crate) glass: Glass,
+    /// What its surface is sampled from, where that is not the same everywhere; `glass` then has the means of its materials'
+    /// tints and roughnesses.
+    pub(crate) surface: Option<SurfaceSource>,
+    /// Whether any part of it is rough.
+    pub(crate) rough: bool,
+}
+
+impl Look {
+    /// Whether light passes as if there were nothing.
+    pub(crate) fn is_invisible(&self) -> bool {
+        self.surface.is_none() && self.glass.is_invisible()
+    }
+}
+
+/// What everything looks like.
+#[derive(Clone)]
+pub(crate) struct Looks {
+    /// Of each glass body.
+    pub(crate) bodies: Vec<Look>,
+    /// Of each polished body; `None` while its material is none.
+    pub(crate) mirrors: Vec<Option<Mirror>>,
+    /// Whether any material has a texture.
+    pub(crate) textured: bool,
+    /// The table of materials and its textures, by the names that shaders bind.
+    pub(crate) materials: [Constant; 3],
+}
+
+/// What looks are made from besides materials: textures are decoded and hashed once.
+pub(crate) struct LookSource {
+    table: MaterialTable,
+    texels: Constant,
+    /// Material of the floor, and the radius at which it fades.
+    fading: Option<(usize, f32)>,
+    /// Of the scene's own materials.
+    usual: Arc<Looks>,
+}
+
+impl LookSource {
+    /// Of a scene whose floor has a material.
+    pub(crate) fn new(scene: &Scene, sorted: &Sorted, floor: Option<(usize, &Floor)>) -> Self {
+        let table = MaterialTable::new(scene);
+        let fading = floor.map(|(material, floor)| (material, floor.half_extent as f32));
+        let texels = constant("texels", Leaf::of(&table.texels));
+        let usual = Arc::new(looks(scene, &scene.materials, sorted, &table, &texels, fading));
+        Self { table, texels, fading, usual }
+    }
+
+    /// What everything looks like where some materials have changed.
+    pub(crate) fn at(&self, scene: &Scene, sorted: &Sorted, changed: &[(usize, Material)]) -> Arc<Looks> {
+        if changed.is_empty() {
+            return Arc::clone(&self.usual);
+        }
+        let mut materials = scene.materials.clone();
+        for (index, material) in changed {
+            materials[*index].clone_from(material);
+        }
+        let table = self.table.with_materials(scene, &materials);
+        Arc::new(looks(scene, &materials, sorted, &table, &self.texels, self.fading))
+    }
+}
+
+fn looks(
+    scene: &Scene,
+    materials: &[Material],
+    sorted: &Sorted,
+    table: &MaterialTable,
+    texels: &Constant,
+    fading: Option<(usize, f32)>,
+) -> Looks {
+    let mut rows = table.rows.clone();
+    if let Some((material, radius)) = fading {
+        rows[material].fade_radius = radius;
+    }
+    let shared =
+        [constant("materials", Leaf::of(&rows)), constant("texture_slots", Leaf::of(&table.slots)), texels.clone()];
+    let of = |&(node, primitive): &Part| Some(&materials[material_of(scene, node, primitive)?]);
+    Looks {
+        bodies: sorted
+            .bodies
+            .iter()
+            .map(|body| look(body, &body.parts.iter().filter_map(of).collect::<Vec<_>>(), &shared))
+            .collect(),
+        mirrors: sorted.mirrors.iter().map(|mirror| of(&mirror.part).and_then(Mirror::of)).collect(),
+        textured: !table.slots.is_empty(),
+        materials: shared,
+    }
+}
+
+/// A body of these materials.
+fn look(body: &Body, materials: &[&Material], shared: &[Constant; 3]) -> Look {
+    let count = materials.len().max(1) as f32;
+    let tint = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).sum::<Vec3>() / count;
+    let roughness = materials.iter().map(|material| material.roughness).sum::<f32>() / count;
+    let optics = materials.first().map_or_else(|| Glass::of(&Material::default()), |material| Glass::of(material));
+    Look {
+        glass: Glass { tint: tint.to_array(), roughness, ..optics },
+        surface: surface_of(body, materials, shared),
+        // A map of normals that is seen from afar is roughness too.
+        rough: materials.iter().any(|material| material.roughness > 0.0 || material.normal_texture.is_some()),
+    }
+}
+
+/// What a body's surface is sampled from, unless it is the same everywhere.
+fn surface_of(body: &Body, materials: &[&Material], shared: &[Constant; 3]) -> Option<SurfaceSource> {
+    let textures = |material: &Material| {
+        [
+            material.base_color_texture,
+            material.transmission_texture,
+            material.metallic_roughness_texture,
+            material.normal_texture,
+        ]
+    };
+    let textured = materials.iter().any(|material| textures(material).iter().any(Option::is_some));
+    let coloured = body.geometry.colors.iter().any(|[r, g, b, _]| [*r, *g, *b] != [1.0; 3]);
+    let of = |material: &Material| (Glass::of(material).tint, material.roughness);
+    if !textured && !coloured && materials.windows(2).all(|pair| of(pair[0]) == of(pair[1])) {
+        return None;
+    }
+    let mut buffers = body.surface_buffers().to_vec();
+    // Textures are bound where they are sampled.
+    buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
+    let bends = materials.iter().any(|material| material.normal_texture.is_some());
+    Some(SurfaceSource { textured, bends, buffers })
+}
