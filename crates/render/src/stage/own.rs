@@ -25,10 +25,8 @@ impl Own {
         }
         let shown = scene.traversal();
         let camera = shot.camera.model.as_ref().map(|name| find_camera(shot, scene, &shown, name)).transpose()?;
-        let lights: Vec<NodeIndex> = match shot.light.model {
-            true => shown.iter().copied().filter(|&node| scene.nodes[node].light.is_some()).collect(),
-            false => Vec::new(),
-        };
+        let lit = |&node: &NodeIndex| shot.light.model && scene.nodes[node].light.is_some();
+        let lights: Vec<NodeIndex> = shown.iter().copied().filter(lit).collect();
         if shot.light.model && lights.is_empty() {
             return Err(StageError::NoLights(shot.model.clone()));
         }
