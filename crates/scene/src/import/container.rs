@@ -10,6 +10,7 @@ use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
+use super::compression::is_fallback;
 use super::document::Document;
 use super::error::ImportProblem;
 
@@ -140,7 +141,7 @@ pub(super) fn load_uri(uri: &str, directory: &Path, at: &str) -> Result<Vec<u8>,
     read_file(&directory.join(name.as_ref()), at)
 }
 
-/// The document's buffers; `None` where one holds no data (a compression fallback).
+/// The document's buffers; `None` where one holds no data or stands in for compressed data.
 pub(super) struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
 
 impl<'a> Buffers<'a> {
@@ -150,6 +151,7 @@ impl<'a> Buffers<'a> {
         for (index, buffer) in document.buffers.iter().enumerate() {
             let at = format!("buffers[{index}]");
             let bytes = match (&buffer.uri, container.binary()) {
+                _ if is_fallback(buffer) => None,
                 (Some(uri), _) => Some(Cow::Owned(load_uri(uri, directory, &at)?)),
                 (None, Some(binary)) if index == 0 => Some(Cow::Borrowed(binary)),
                 (None, _) => None,

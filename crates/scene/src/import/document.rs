@@ -129,6 +129,8 @@ pub(super) struct Asset {
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
 
 #[derive(Debug, Deserialize)]
@@ -139,6 +141,8 @@ pub(super) struct BufferView {
     pub byte_offset: u64,
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
 
 /// `componentType`, by its OpenGL constant.

@@ -5,7 +5,8 @@ use super::document::Document;
 use super::error::ImportProblem;
 
 /// Extensions whose content is imported. Of KHR_animation_pointer, pointers to node properties are.
-const SUPPORTED: [&str; 9] = [
+const SUPPORTED: [&str; 11] = [
+    "EXT_meshopt_compression",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_dispersion",
@@ -14,6 +15,7 @@ const SUPPORTED: [&str; 9] = [
     "KHR_materials_transmission",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -46,9 +48,6 @@ fn is_supported(name: &str) -> bool {
 fn remedy(name: &str) -> &'static str {
     match name {
         DRACO => "decompress it with `gltf-transform copy in.glb out.glb`",
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "decompress it with `gltf-transform copy in.glb out.glb` or `gltfpack -noq -i in.glb -o out.glb`"
-        }
         "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => {
             "convert its textures with `gltf-transform png in.glb out.glb`"
         }

@@ -6,6 +6,7 @@
 
 mod accessors;
 mod animations;
+mod compression;
 mod container;
 mod document;
 mod error;

@@ -98,8 +98,16 @@ impl Model {
 
     /// A GLB container.
     pub fn glb(&self) -> Vec<u8> {
+        self.glb_with_buffers(&[])
+    }
+
+    /// A GLB container whose JSON lists further buffers after its own.
+    pub fn glb_with_buffers(&self, others: &[Value]) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        for buffer in others {
+            push(&mut json["buffers"], buffer.clone());
+        }
         let mut text = serde_json::to_vec(&json).expect("a JSON value is written");
         text.resize(text.len().next_multiple_of(4), b' ');
         let mut binary = self.bytes.clone();
