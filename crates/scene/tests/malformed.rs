@@ -18,6 +18,18 @@ fn the_sound_model_imports_from_both_containers() {
 }
 
 #[test]
+fn a_model_in_memory_finds_no_files() {
+    let mut model = Model::triangle();
+    let scene = murano_scene::import_bytes(&model.gltf(), "made here").expect("a data URI");
+    assert_eq!(scene.meshes[0].primitives[0].triangles, [[0, 1, 2]]);
+
+    model.json["buffers"] = json!([{ "byteLength": 36, "uri": "body.bin" }]);
+    let error = murano_scene::import_bytes(model.json.to_string().as_bytes(), "made here").expect_err("no folder");
+    assert!(matches!(error.problem, ImportProblem::Uri { .. }), "{error}");
+    assert!(error.to_string().contains("made here") && error.to_string().contains("body.bin"), "{error}");
+}
+
+#[test]
 fn a_missing_file_is_named() {
     let error = murano_scene::import(std::path::Path::new("nowhere/fish.glb")).expect_err("no such file");
     assert!(matches!(&error.problem, ImportProblem::MissingFile { .. }));

@@ -22,13 +22,13 @@ const MAX_TEXELS: u64 = 1 << 29;
 pub(super) struct Images<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
-    directory: &'a Path,
+    directory: Option<&'a Path>,
     decoded: Vec<Image>,
     places: HashMap<usize, usize>,
 }
 
 impl<'a> Images<'a> {
-    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, directory: &'a Path) -> Self {
+    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, directory: Option<&'a Path>) -> Self {
         Self { document, accessors, directory, decoded: Vec::new(), places: HashMap::new() }
     }
 
