@@ -156,6 +156,40 @@ fn quantized_equals_original() {
     }
 }
 
+#[test]
+fn instances_of_known_files_arrive() {
+    let Some(folder) = common::data("gltf") else { return };
+    for (file, nodes, instances) in [("SimpleInstancing.glb", 1, 125), ("SharpGLTF_InstanceTest.glb", 1, 2500)] {
+        let scene = import(&folder.join(file)).expect(file);
+        check_invariants(&scene);
+        assert!(scene.report.extensions_ignored.is_empty() && scene.report.warnings.is_empty(), "{file}");
+        assert_eq!(scene.nodes.len(), nodes + instances, "{file}");
+        assert_eq!(scene.nodes[0].mesh, None, "{file}");
+        assert_eq!(scene.nodes[0].children.len(), instances, "{file}");
+        assert_eq!(scene.traversal().len(), nodes + instances, "{file}");
+        assert!(scene.nodes[1..].iter().all(|node| node.mesh == Some(0) && node.parent == Some(0)), "{file}");
+        let distinct: std::collections::HashSet<String> =
+            scene.nodes[1..].iter().map(|node| format!("{:?}", node.local)).collect();
+        assert_eq!(distinct.len(), instances, "{file}: no two instances coincide");
+    }
+}
+
+/// Accessors, meshes, skins and their matrices that several elements share: one of each in the scene.
+#[test]
+fn shared_elements_are_imported_once() {
+    let Some(folder) = common::data("gltf/asset-generator/Instancing") else { return };
+    for path in common::models(&folder) {
+        let scene = import(&path).expect("a sound model");
+        check_invariants(&scene);
+        let json: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(&path).expect("readable")).expect("it imports, so it parses");
+        let listed = |name: &str| json[name].as_array().map_or(0, Vec::len);
+        let counts = [scene.nodes.len(), scene.meshes.len(), scene.skins.len(), scene.clips.len()];
+        assert_eq!(counts, ["nodes", "meshes", "skins", "animations"].map(listed), "{}", path.display());
+        assert!(scene.report.warnings.is_empty(), "{}: {:?}", path.display(), scene.report.warnings);
+    }
+}
+
 /// The same quantization of the fox, once as it is and once compressed. The compressor reorders triangles and vertices.
 #[test]
 fn compressed_equals_uncompressed() {

@@ -5,7 +5,8 @@ use super::document::Document;
 use super::error::ImportProblem;
 
 /// Extensions whose content is imported. Of KHR_animation_pointer, pointers to node properties are.
-const SUPPORTED: [&str; 11] = [
+const SUPPORTED: [&str; 12] = [
+    "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
@@ -51,7 +52,6 @@ fn remedy(name: &str) -> &'static str {
         "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => {
             "convert its textures with `gltf-transform png in.glb out.glb`"
         }
-        "EXT_mesh_gpu_instancing" => "export it with one node per instance",
         _ => "export it without the extension, or make it optional by removing it from `extensionsRequired`",
     }
 }

@@ -12,6 +12,7 @@ mod document;
 mod error;
 mod extensions;
 mod images;
+mod instances;
 mod materials;
 mod meshes;
 mod nodes;
@@ -78,6 +79,7 @@ fn import_model(bytes: &[u8], directory: Option<&Path>) -> Result<Scene, ImportP
     let skins = nodes::import_skins(&document, &accessors, warnings)?;
     let mut nodes = nodes::import(&document, &meshes, &skins, warnings)?;
     let roots = nodes::roots(&document, &nodes, warnings)?;
+    instances::expand(&document, &accessors, &mut nodes, warnings)?;
     let clips = animations::import(&document, &accessors, &mut nodes, warnings)?;
     let mut images = Images::new(&document, &accessors, directory);
     let materials = materials::import(&document, &mut images, warnings)?;

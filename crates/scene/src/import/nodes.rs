@@ -131,17 +131,21 @@ fn affine(columns: [f64; 16], what: &str, warnings: &mut Vec<String>) -> DMat4 {
 }
 
 fn transform(node: &document::Node, at: &str) -> Result<Transform, ImportProblem> {
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
-    let length = rotation.length();
-    if !(length > 1e-6 && length.is_finite()) {
-        let problem = format!("its rotation is a quaternion of length {length}, not 1");
-        return Err(ImportProblem::Value { at: at.to_owned(), problem });
-    }
     Ok(Transform {
         translation: node.translation.map_or(DVec3::ZERO, DVec3::from_array),
-        rotation: rotation / length,
+        rotation: unit_rotation(node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array), at)?,
         scale: node.scale.map_or(DVec3::ONE, DVec3::from_array),
     })
+}
+
+/// The rotation that a quaternion of nearly any length stands for.
+pub(super) fn unit_rotation(rotation: DQuat, at: &str) -> Result<DQuat, ImportProblem> {
+    let length = rotation.length();
+    if length > 1e-6 && length.is_finite() {
+        return Ok(rotation / length);
+    }
+    let problem = format!("its rotation is a quaternion of length {length}, not 1");
+    Err(ImportProblem::Value { at: at.to_owned(), problem })
 }
 
 fn light(document: &Document, node: &document::Node, at: &str) -> Result<Option<usize>, ImportProblem> {
