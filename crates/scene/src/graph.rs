@@ -108,6 +108,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Lights, placed by nodes.
     pub lights: Vec<Light>,
+    /// Names of the material variants; see [`Scene::select_variant`]. As imported, none is selected.
+    pub variants: Vec<String>,
     /// What the import had to say.
     pub report: ImportReport,
 }

@@ -12,6 +12,7 @@ mod light;
 mod material;
 mod mesh;
 mod shot;
+mod variant;
 
 pub use camera::{Camera, Projection, look_along};
 pub use clip::{Channel, Clip, Interpolation, Path, Sampler};
@@ -25,3 +26,4 @@ pub use shot::{
     Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotCamera, ShotError, ShotFloor,
     ShotGlass, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
 };
+pub use variant::VariantError;

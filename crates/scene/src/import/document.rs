@@ -29,6 +29,7 @@ pub(super) struct Document {
     pub animations: Vec<Animation>,
     pub cameras: Vec<Camera>,
     pub lights: Vec<Light>,
+    pub variants: Vec<Variant>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub samplers: Vec<TextureSampler>,
@@ -45,10 +46,6 @@ impl Document {
             .ok_or_else(|| ImportProblem::Schema { at: "asset".to_owned(), problem: "missing".to_owned() })?;
         let mut extensions: Extensions =
             value(root.remove("extensions").unwrap_or_default(), "extensions").map(Option::unwrap_or_default)?;
-        let lights = match extensions.remove("KHR_lights_punctual") {
-            Some(Value::Object(mut extension)) => list(&mut extension, "lights")?,
-            _ => Vec::new(),
-        };
         Ok(Self {
             asset: value(asset, "asset")?,
             extensions_used: list(&mut root, "extensionsUsed")?,
@@ -63,7 +60,8 @@ impl Document {
             skins: list(&mut root, "skins")?,
             animations: list(&mut root, "animations")?,
             cameras: list(&mut root, "cameras")?,
-            lights,
+            lights: extension_list(&mut extensions, "KHR_lights_punctual", "lights")?,
+            variants: extension_list(&mut extensions, "KHR_materials_variants", "variants")?,
             materials: list(&mut root, "materials")?,
             textures: list(&mut root, "textures")?,
             samplers: list(&mut root, "samplers")?,
@@ -115,6 +113,18 @@ fn list<T: DeserializeOwned>(root: &mut Map<String, Value>, name: &str) -> Resul
         return Err(ImportProblem::Schema { at: name.to_owned(), problem: "not an array".to_owned() });
     };
     items.into_iter().enumerate().map(|(index, item)| value(item, &format!("{name}[{index}]"))).collect()
+}
+
+/// A list that an extension adds to the document.
+fn extension_list<T: DeserializeOwned>(
+    extensions: &mut Extensions,
+    extension: &str,
+    name: &str,
+) -> Result<Vec<T>, ImportProblem> {
+    match extensions.remove(extension) {
+        Some(Value::Object(mut extension)) => list(&mut extension, name),
+        _ => Ok(Vec::new()),
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -379,6 +389,12 @@ pub(super) struct Spot {
 #[derive(Debug, Deserialize)]
 pub(super) struct NodeLight {
     pub light: usize,
+}
+
+/// KHR_materials_variants.
+#[derive(Debug, Deserialize)]
+pub(super) struct Variant {
+    pub name: String,
 }
 
 #[derive(Debug, Deserialize)]

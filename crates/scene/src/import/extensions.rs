@@ -5,7 +5,7 @@ use super::document::Document;
 use super::error::ImportProblem;
 
 /// Extensions whose content is imported. Of KHR_animation_pointer, pointers to node properties are.
-const SUPPORTED: [&str; 12] = [
+const SUPPORTED: [&str; 13] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_animation_pointer",
@@ -14,6 +14,7 @@ const SUPPORTED: [&str; 12] = [
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",

@@ -8,6 +8,7 @@ use super::error::ImportProblem;
 use super::extensions::{DRACO, unsupported};
 use super::normals::{normalize_normals, normalize_tangents};
 use super::topology::{Topology, triangulate, unweld, unwelded_size};
+use super::variants;
 use crate::{Mesh, MorphTarget, Primitive};
 
 /// Imports every mesh. Primitives that are not triangles are dropped with a warning.
@@ -105,6 +106,7 @@ impl PrimitiveReader<'_> {
             weights,
             targets: self.targets(positions.len())?,
             material: self.source.material,
+            variant_materials: variants::materials(self.document, self.accessors, self.source, self.at, warnings)?,
             positions,
             triangles,
         };

@@ -20,6 +20,7 @@ mod normals;
 mod punctual;
 mod references;
 mod topology;
+mod variants;
 
 use std::path::{Path, PathBuf};
 
@@ -94,6 +95,7 @@ fn import_model(bytes: &[u8], directory: Option<&Path>) -> Result<Scene, ImportP
         clips,
         cameras: punctual::import_cameras(&document)?,
         lights: punctual::import_lights(&document)?,
+        variants: document.variants.into_iter().map(|variant| variant.name).collect(),
         report,
     })
 }
