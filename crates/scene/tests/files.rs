@@ -40,6 +40,17 @@ fn every_model_imports_or_is_refused_for_the_known_reason() {
 }
 
 #[test]
+fn draco_is_refused_with_the_command_that_takes_it_out() {
+    let Some(folder) = common::data("gltf") else { return };
+    for file in ["CesiumMan_Draco/CesiumMan.gltf", "derived/Fox_draco.glb"] {
+        let message = import(&folder.join(file)).expect_err("not supported").to_string();
+        for part in [file, "KHR_draco_mesh_compression", "`gltf-transform copy in.glb out.glb`"] {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}
+
+#[test]
 fn scans_import() {
     let Some(folder) = common::data("paper") else { return };
     for (file, triangles) in [
