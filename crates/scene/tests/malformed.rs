@@ -2,6 +2,8 @@
 
 mod common;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use common::{Model, import_bytes};
 use murano_scene::ImportProblem;
 use serde_json::json;
@@ -358,4 +360,12 @@ fn images_and_uris_are_checked() {
     assert!(matches!(textured("https://example.com/skin.png"), ImportProblem::Uri { .. }));
     assert!(matches!(textured("skin.png"), ImportProblem::MissingFile { .. }));
     assert!(matches!(textured("."), ImportProblem::Unreadable { .. }));
+
+    // One texel that says it is 16384x16384.
+    let mut jpeg = Vec::new();
+    image::codecs::jpeg::JpegEncoder::new(&mut jpeg).encode_image(&image::RgbImage::new(1, 1)).expect("encoded");
+    let frame = jpeg.windows(2).position(|bytes| bytes == [0xFF, 0xC0]).expect("a frame");
+    jpeg[frame + 5..frame + 9].copy_from_slice(&[0x40, 0, 0x40, 0]);
+    let uri = format!("data:image/jpeg;base64,{}", STANDARD.encode(jpeg));
+    assert!(matches!(textured(&uri), ImportProblem::Image { problem, .. } if problem.contains("truncated")));
 }

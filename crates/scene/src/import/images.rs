@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 
+use bytemuck::allocation::try_cast_vec;
 use image::{DynamicImage, ImageDecoder as _, ImageReader, Limits};
 
 use super::accessors::Accessors;
@@ -17,6 +18,9 @@ const MAX_SIDE: u32 = 16384;
 
 /// Most texels of all images together: 2 GiB of RGBA.
 const MAX_TEXELS: u64 = 1 << 29;
+
+/// Most texels in a byte of a file: deflate writes up to 1032 bytes for one, of eight texels each. JPEG stays below.
+const TEXELS_PER_BYTE: u64 = 8 * 1032;
 
 /// Decodes images on first use and numbers them in that order.
 pub(super) struct Images<'a> {
@@ -73,11 +77,17 @@ impl<'a> Images<'a> {
         reader.limits(limits);
         let decoder = reader.into_decoder().map_err(|error| failed(error.to_string()))?;
         let (width, height) = decoder.dimensions();
+        let texels = u64::from(width) * u64::from(height);
+        if texels > TEXELS_PER_BYTE * bytes.len() as u64 {
+            return Err(failed(format!("{} bytes cannot hold {width}x{height} texels, it is truncated", bytes.len())));
+        }
         let held: u64 = self.decoded.iter().map(|image| image.rgba.len() as u64).sum();
-        if width.max(height) > MAX_SIDE || held + u64::from(width) * u64::from(height) > MAX_TEXELS {
+        if width.max(height) > MAX_SIDE || held + texels > MAX_TEXELS {
             return Err(failed(format!("{width}x{height} texels are too many; scale it down")));
         }
-        let rgba = DynamicImage::from_decoder(decoder).map_err(|error| failed(error.to_string()))?.into_rgba8();
-        Ok(Image { name: name.to_owned(), width, height, rgba: rgba.into_raw().as_chunks::<4>().0.to_vec() })
+        let decoded = DynamicImage::from_decoder(decoder).map_err(|error| failed(error.to_string()))?;
+        let rgba = try_cast_vec(decoded.into_rgba8().into_raw())
+            .unwrap_or_else(|(_, bytes)| bytes.as_chunks::<4>().0.to_vec());
+        Ok(Image { name: name.to_owned(), width, height, rgba })
     }
 }
