@@ -245,6 +245,27 @@ fn zeros_shared_by_many_primitives_are_bounded_together() {
     assert!(matches!(model.problem(), ImportProblem::TooLarge { .. }));
 }
 
+/// What multiplies without an accessor behind it: empty morph targets by primitives, weights by nodes.
+#[test]
+fn products_of_lists_are_bounded() {
+    let morphing = |targets: usize, primitives: usize, nodes: usize| {
+        let mut model = Model::triangle();
+        let attributes = json!({ "POSITION": 0 });
+        let mut list = vec![json!({ "attributes": attributes }); primitives];
+        list.push(json!({ "attributes": attributes, "targets": vec![json!({}); targets] }));
+        model.json["meshes"] = json!([{ "primitives": list }]);
+        model.json["nodes"] = json!(vec![json!({ "mesh": 0 }); nodes]);
+        model
+    };
+    let scene = morphing(5, 2, 2).import().expect("a sound model");
+    assert!(scene.meshes[0].primitives.iter().all(|primitive| primitive.targets.len() == 5));
+    assert!(scene.nodes.iter().all(|node| node.weights.len() == 5));
+    for model in [morphing(10_000, 1000, 1), morphing(10_000, 0, 5000)] {
+        let problem = model.problem();
+        assert!(matches!(problem, ImportProblem::TooLarge { .. }), "{problem}");
+    }
+}
+
 #[test]
 fn strides_offsets_and_types_are_checked() {
     for (pointer, value) in [
@@ -344,6 +365,12 @@ fn sparse_indices_and_values_are_checked() {
     assert!(matches!(sparse(3, 1).problem(), ImportProblem::BadIndex { index: 3, count: 3, .. }));
     assert!(matches!(sparse(0, 2).problem(), ImportProblem::OutOfBounds { .. }));
     assert!(matches!(sparse(0, u64::MAX).problem(), ImportProblem::OutOfBounds { .. }));
+
+    let mut repeated = sparse(0, 4);
+    let (indices, values) = (repeated.view(&[0, 1, 2, 0]), repeated.view(&[0; 48]));
+    repeated.json["accessors"][0]["sparse"]["indices"]["bufferView"] = json!(indices);
+    repeated.json["accessors"][0]["sparse"]["values"]["bufferView"] = json!(values);
+    assert!(matches!(repeated.problem(), ImportProblem::Accessor { .. }));
 }
 
 #[test]

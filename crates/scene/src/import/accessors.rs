@@ -223,6 +223,10 @@ impl<'a> Accessors<'a> {
         let places = self.packed(indices.buffer_view, indices.byte_offset, sparse.count, index_size, index, user)?;
         let values =
             self.packed(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size, index, user)?;
+        if sparse.count > base.count as u64 {
+            let problem = format!("it replaces {} of its {} elements", sparse.count, base.count);
+            return Err(wrong(index, user, &problem));
+        }
         let mut packed = base.packed(size);
         for (place, value) in places.chunks_exact(index_size).zip(values.chunks_exact(size)) {
             let place = unsigned(place, indices.component_type);

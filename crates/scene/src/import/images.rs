@@ -5,7 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use bytemuck::allocation::try_cast_vec;
-use image::{DynamicImage, ImageDecoder as _, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder as _, ImageFormat, ImageReader, Limits};
 
 use super::accessors::Accessors;
 use super::container::load_uri;
@@ -19,8 +19,11 @@ const MAX_SIDE: u32 = 16384;
 /// Most texels of all images together: 2 GiB of RGBA.
 const MAX_TEXELS: u64 = 1 << 29;
 
-/// Most texels in a byte of a file: deflate writes up to 1032 bytes for one, of eight texels each. JPEG stays below.
+/// Most texels in a byte of a file: deflate writes up to 1032 bytes for one, of eight texels each.
 const TEXELS_PER_BYTE: u64 = 8 * 1032;
+
+/// Most texels in a byte of a JPEG: each block of 64 takes a bit at least.
+const JPEG_TEXELS_PER_BYTE: u64 = 8 * 64;
 
 /// Decodes images on first use and numbers them in that order.
 pub(super) struct Images<'a> {
@@ -71,6 +74,7 @@ impl<'a> Images<'a> {
         let failed = |problem: String| ImportProblem::Image { at: at.clone(), problem };
         let mut reader =
             ImageReader::new(Cursor::new(bytes)).with_guessed_format().map_err(|error| failed(error.to_string()))?;
+        let jpeg = reader.format() == Some(ImageFormat::Jpeg);
         let mut limits = Limits::default();
         limits.max_image_width = Some(MAX_SIDE);
         limits.max_image_height = Some(MAX_SIDE);
@@ -78,7 +82,8 @@ impl<'a> Images<'a> {
         let decoder = reader.into_decoder().map_err(|error| failed(error.to_string()))?;
         let (width, height) = decoder.dimensions();
         let texels = u64::from(width) * u64::from(height);
-        if texels > TEXELS_PER_BYTE * bytes.len() as u64 {
+        let most = if jpeg { JPEG_TEXELS_PER_BYTE } else { TEXELS_PER_BYTE };
+        if texels > most * bytes.len() as u64 {
             return Err(failed(format!("{} bytes cannot hold {width}x{height} texels, it is truncated", bytes.len())));
         }
         let held: u64 = self.decoded.iter().map(|image| image.rgba.len() as u64).sum();

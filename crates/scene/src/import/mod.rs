@@ -78,7 +78,7 @@ fn import_model(bytes: &[u8], directory: Option<&Path>) -> Result<Scene, ImportP
 
     let meshes = meshes::import(&document, &accessors, warnings)?;
     let skins = nodes::import_skins(&document, &accessors, warnings)?;
-    let mut nodes = nodes::import(&document, &meshes, &skins, warnings)?;
+    let mut nodes = nodes::import(&document, &accessors, &meshes, &skins, warnings)?;
     let roots = nodes::roots(&document, &nodes, warnings)?;
     instances::expand(&document, &accessors, &mut nodes, warnings)?;
     let clips = animations::import(&document, &accessors, &mut nodes, warnings)?;

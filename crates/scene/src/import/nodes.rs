@@ -13,6 +13,7 @@ const AFFINE_TOLERANCE: f64 = 1e-4;
 /// Imports every node and checks that they form a forest.
 pub(super) fn import(
     document: &Document,
+    accessors: &Accessors,
     meshes: &[Mesh],
     skins: &[Skin],
     warnings: &mut Vec<String>,
@@ -33,7 +34,7 @@ pub(super) fn import(
             skin: source.skin,
             camera: source.camera,
             light: light(document, source, &at)?,
-            weights: weights(document, source, meshes, &at, warnings),
+            weights: weights(document, accessors, source, meshes, &at, warnings)?,
         });
     }
     Ok(nodes)
@@ -157,20 +158,23 @@ fn light(document: &Document, node: &document::Node, at: &str) -> Result<Option<
 /// Weights at rest, one per morph target.
 fn weights(
     document: &Document,
+    accessors: &Accessors,
     node: &document::Node,
     meshes: &[Mesh],
     at: &str,
     warnings: &mut Vec<String>,
-) -> Vec<f64> {
-    let Some(mesh) = node.mesh else { return Vec::new() };
+) -> Result<Vec<f64>, ImportProblem> {
+    let Some(mesh) = node.mesh else { return Ok(Vec::new()) };
     let targets = target_count(&meshes[mesh]);
     let stored = node.weights.as_ref().or(document.meshes[mesh].weights.as_ref());
+    let length = stored.map_or(0, Vec::len).max(targets);
+    accessors.reserve((length * size_of::<f64>()) as u64, || at.to_owned())?;
     let mut weights = stored.cloned().unwrap_or_default();
     if stored.is_some() && weights.len() != targets {
         warnings.push(format!("{at}: {} morph weights for {targets} targets", weights.len()));
     }
     weights.resize(targets, 0.0);
-    weights
+    Ok(weights)
 }
 
 /// Morph targets of a mesh; its primitives have equally many.
