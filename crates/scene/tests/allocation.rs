@@ -110,53 +110,9 @@ fn numbers(value: &Value, place: &str, found: &mut Vec<String>) {
     }
 }
 
-/// A triangle with everything that has a count: indices, sparse values, a skin, a morph target, a clip, instances,
-/// variants and compressed positions.
-fn rich() -> Model {
-    let mut model = Model::triangle();
-    let indices = model.accessor(5121, "SCALAR", 3, &[0, 1, 2]);
-    let joints = model.accessor(5121, "VEC4", 3, &[0; 12]);
-    let weights = model.floats("VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
-    let matrices = model.floats("MAT4", &glam::Mat4::IDENTITY.to_cols_array());
-    let [times, places] = [model.floats("SCALAR", &[0.0, 1.0]), model.floats("VEC3", &[0.0; 6])];
-    let encoded = meshopt::encode_vertex_buffer(&[[0.0_f32; 3]; 3]).expect("encoded");
-    let view = model.view(&encoded);
-    let mut compression = model.json["bufferViews"][view].take();
-    compression["count"] = json!(3);
-    compression["byteStride"] = json!(12);
-    compression["mode"] = json!("ATTRIBUTES");
-    let compressed = json!({ "EXT_meshopt_compression": compression });
-    model.json["bufferViews"][view] = json!({ "buffer": 0, "byteLength": 36, "extensions": compressed });
-    let [place, value] = [model.view(&[1]), model.view(&[0; 12])];
-    let accessors = model.json["accessors"].as_array_mut().expect("a list");
-    accessors.push(json!({ "bufferView": view, "componentType": 5126, "type": "VEC3", "count": 3, "sparse": {
-        "count": 1,
-        "indices": { "bufferView": place, "componentType": 5121 },
-        "values": { "bufferView": value },
-    }}));
-    let target = accessors.len() - 1;
-    let primitive = &mut model.json["meshes"][0]["primitives"][0];
-    primitive["indices"] = json!(indices);
-    primitive["material"] = json!(0);
-    primitive["attributes"]["JOINTS_0"] = json!(joints);
-    primitive["attributes"]["WEIGHTS_0"] = json!(weights);
-    primitive["targets"] = json!([{ "POSITION": target }]);
-    primitive["extensions"] = json!({ "KHR_materials_variants": { "mappings": [{ "material": 0, "variants": [0] }] } });
-    model.json["materials"] = json!([{}]);
-    model.json["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "only" }] } });
-    model.json["skins"] = json!([{ "joints": [1], "inverseBindMatrices": matrices }]);
-    let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
-    model.json["nodes"] = json!([{ "mesh": 0, "skin": 0 }, {}, { "mesh": 0, "extensions": instances }]);
-    model.json["animations"] = json!([{
-        "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
-        "samplers": [{ "input": times, "output": places }],
-    }]);
-    model
-}
-
 #[test]
 fn a_lie_in_any_number_takes_no_memory() {
-    let model = rich();
+    let model = Model::rich();
     let scene = model.import().expect("a sound model");
     assert!(scene.report.warnings.is_empty() && scene.report.extensions_ignored.is_empty(), "{:?}", scene.report);
     let mut places = Vec::new();
