@@ -5,10 +5,10 @@ mod common;
 use std::time::{Duration, Instant};
 
 use common::Model;
-use glam::Vec3;
-use meshopt::{
-    EncodeExpMode, encode_filter_exp, encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level,
-};
+use glam::{Quat, Vec3, Vec4};
+use meshopt::encoding::FilterComponent;
+use meshopt::{EncodeExpMode, encode_filter_color, encode_filter_exp, encode_filter_oct, encode_filter_quat};
+use meshopt::{encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level};
 use murano_scene::{ImportProblem, Scene};
 use serde_json::{Value, json};
 
@@ -110,6 +110,65 @@ fn exponents_come_back() {
     model.json["bufferViews"][view]["extensions"][EXT]["filter"] = json!("EXPONENTIAL");
     model.json["accessors"][0]["bufferView"] = json!(view);
     assert_eq!(corners(&import(&model).expect("a sound model")), expected_corners());
+}
+
+/// Adds a view of filtered attributes and an accessor of it; returns the accessor's index.
+fn filtered<T>(model: &mut Model, elements: &[T], filter: &str, component_type: u32, element_type: &str) -> usize {
+    let encoded = encode_vertex_buffer_level(elements, 2, Some(0)).expect("attributes");
+    let view = compressed_view(model, &encoded, "ATTRIBUTES", elements.len(), size_of::<T>());
+    model.json["bufferViews"][view]["byteStride"] = json!(size_of::<T>());
+    model.json["bufferViews"][view]["extensions"][EXT]["filter"] = json!(filter);
+    let accessors = model.json["accessors"].as_array_mut().expect("a list");
+    accessors.push(json!({
+        "bufferView": view, "componentType": component_type, "normalized": true,
+        "type": element_type, "count": elements.len(),
+    }));
+    accessors.len() - 1
+}
+
+/// Normals of components `N` and colours of components `C`, whose glTF types are given, stored in so many bits.
+fn check_directions_and_colors<N: FilterComponent, C: FilterComponent>(bits: i32, types: [u32; 2], tolerance: f32) {
+    let directions = [Vec4::X, -Vec4::Y, Vec4::Z, Vec4::new(-0.6, 0.0, -0.8, 0.0)];
+    let colors = [Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.0, 0.5, 1.0, 0.25), Vec4::ONE, Vec4::splat(0.4)];
+    let mut model = square();
+    let stored = encode_filter_oct::<N>(&directions.map(|direction| direction.to_array()), bits);
+    let normals = filtered(&mut model, &stored, "OCTAHEDRAL", types[0], "VEC3");
+    let stored = encode_filter_color::<C>(&colors.map(|color| color.to_array()), bits);
+    let tints = filtered(&mut model, &stored, "COLOR", types[1], "VEC4");
+    let attributes = &mut model.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["NORMAL"] = json!(normals);
+    attributes["COLOR_0"] = json!(tints);
+    let scene = import(&model).expect("a sound model");
+    let primitive = &scene.meshes[0].primitives[0];
+    let normals = primitive.normals.as_ref().expect("normals").iter();
+    assert!(normals.zip(directions).all(|(normal, direction)| normal.distance(direction.truncate()) < tolerance));
+    let tints = primitive.colors.as_ref().expect("colours").iter();
+    assert!(tints.zip(colors).all(|(tint, color)| tint.distance(color) < tolerance));
+}
+
+#[test]
+fn directions_and_colors_come_back() {
+    check_directions_and_colors::<i8, u8>(8, [5120, 5121], 0.03);
+    check_directions_and_colors::<i16, u16>(12, [5122, 5123], 2e-3);
+}
+
+#[test]
+fn rotations_come_back() {
+    let rotations =
+        [Quat::IDENTITY, Quat::from_rotation_x(1.0), Quat::from_rotation_y(-2.0), Quat::from_rotation_z(3.0)];
+    let mut model = square();
+    let stored = encode_filter_quat(&rotations.map(|rotation| rotation.to_array()), 16);
+    let output = filtered(&mut model, &stored, "QUATERNION", 5122, "VEC4");
+    let input = model.floats("SCALAR", &[0.0, 1.0, 2.0, 3.0]);
+    model.json["animations"] = json!([{
+        "channels": [{ "sampler": 0, "target": { "node": 0, "path": "rotation" } }],
+        "samplers": [{ "input": input, "output": output }],
+    }]);
+    let scene = import(&model).expect("a sound model");
+    let keys = scene.clips[0].channels[0].sampler.values.as_chunks::<4>().0;
+    for (key, rotation) in keys.iter().zip(rotations) {
+        assert!(Quat::from_array(*key).dot(rotation).abs() > 1.0 - 1e-6, "{key:?} {rotation}");
+    }
 }
 
 /// What is wrong once one property of the positions' compression is another.

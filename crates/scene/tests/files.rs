@@ -2,6 +2,7 @@
 
 mod common;
 
+use std::collections::HashSet;
 use std::panic::catch_unwind;
 use std::time::{Duration, Instant};
 
@@ -179,8 +180,7 @@ fn instances_of_known_files_arrive() {
         assert_eq!(scene.nodes[0].children.len(), instances, "{file}");
         assert_eq!(scene.traversal().len(), nodes + instances, "{file}");
         assert!(scene.nodes[1..].iter().all(|node| node.mesh == Some(0) && node.parent == Some(0)), "{file}");
-        let distinct: std::collections::HashSet<String> =
-            scene.nodes[1..].iter().map(|node| format!("{:?}", node.local)).collect();
+        let distinct: HashSet<String> = scene.nodes[1..].iter().map(|node| format!("{:?}", node.local)).collect();
         assert_eq!(distinct.len(), instances, "{file}: no two instances coincide");
     }
 }

@@ -1,4 +1,5 @@
-//! Accessors to lists of numbers: every component type, strides, sparse substitution, zeros without a buffer view.
+//! Accessors to lists of numbers: every component type, strides, sparse substitution, zeros without a buffer view, and
+//! compressed buffer views, which are decoded once.
 //!
 //! Nothing is allocated for a count before the bytes behind it were seen, except zeros, and all decoding together is
 //! bounded by what the file holds.

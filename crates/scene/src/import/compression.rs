@@ -130,7 +130,17 @@ impl Compression {
             (Mode::Indices, 2) => decode_index_sequence(encoded, count).ok().map(Decoded::Halves),
             (Mode::Indices, _) => decode_index_sequence(encoded, count).ok().map(Decoded::Words),
         };
-        decoded.ok_or_else(|| ImportProblem::Compressed { at: at.to_owned(), mode: format!("{:?}", self.mode) })
+        decoded.ok_or_else(|| ImportProblem::Compressed { at: at.to_owned(), content: self.mode.content() })
+    }
+}
+
+impl Mode {
+    fn content(self) -> &'static str {
+        match self {
+            Self::Attributes => "attributes",
+            Self::Triangles => "triangles",
+            Self::Indices => "indices",
+        }
     }
 }
 

@@ -114,12 +114,12 @@ pub enum ImportProblem {
         buffer: usize,
     },
     /// A compressed buffer view does not decode.
-    #[error("{at}: its bytes are no compressed {mode}; the data are damaged, export or download the file again")]
+    #[error("{at}: its bytes are no compressed {content}; they are damaged, export or download the file again")]
     Compressed {
         /// The buffer view.
         at: String,
-        /// What the bytes should hold.
-        mode: String,
+        /// What the bytes should hold: attributes, triangles or indices.
+        content: &'static str,
     },
     /// A URI is malformed, or names something that is not a local file.
     #[error("{at}: {problem}; use a relative file name or a base64 data URI")]

@@ -16,7 +16,8 @@ struct Instancing {
 }
 
 /// Gives every instance of a node's mesh a child node `NAME[i]`, after all other nodes, and takes the mesh from the node
-/// itself, which keeps its place. Where instancing means nothing it is ignored with a warning.
+/// itself, which keeps its place. Morph weights of instances stay at rest. Where instancing means nothing it is ignored
+/// with a warning.
 pub(super) fn expand(
     document: &Document,
     accessors: &Accessors,
