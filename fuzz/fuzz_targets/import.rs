@@ -6,7 +6,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use murano_scene::{Interpolation, Path, Primitive, Scene, import_bytes};
+use murano_scene::{Interpolation, Path, Primitive, Property, Sampler, Scene, import_bytes};
 
 fuzz_target!(|bytes: &[u8]| {
     let packed = match bytes.iter().position(|&byte| byte == 0) {
@@ -62,13 +62,29 @@ fn check(scene: &Scene) {
         assert_eq!(skin.joints.len(), skin.inverse_bind.len());
         assert!(skin.joints.iter().all(|&joint| joint < scene.nodes.len()));
     }
-    for channel in scene.clips.iter().flat_map(|clip| &clip.channels) {
-        let (node, sampler) = (&scene.nodes[channel.node], &channel.sampler);
-        let per_key = if sampler.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        assert!(!sampler.times.is_empty() && sampler.times.is_sorted_by(|a, b| a < b));
-        assert_eq!(sampler.values.len(), sampler.times.len() * sampler.width * per_key);
-        assert!(channel.path != Path::Weights || sampler.width == node.weights.len());
+    for clip in &scene.clips {
+        for channel in &clip.channels {
+            check_sampler(&channel.sampler);
+            let weights = &scene.nodes[channel.node].weights;
+            assert!(channel.path != Path::Weights || channel.sampler.width == weights.len());
+        }
+        for channel in &clip.properties {
+            check_sampler(&channel.sampler);
+            assert_eq!(channel.sampler.width, channel.property.width());
+            assert!(match channel.property {
+                Property::Material(material, _) => material < scene.materials.len(),
+                Property::Light(light, _) => light < scene.lights.len(),
+                Property::Camera(camera, _) => camera < scene.cameras.len(),
+                Property::Weight(node, target) => target < scene.nodes[node].weights.len(),
+            });
+        }
     }
+}
+
+fn check_sampler(sampler: &Sampler) {
+    let per_key = if sampler.interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+    assert!(!sampler.times.is_empty() && sampler.times.is_sorted_by(|a, b| a < b));
+    assert_eq!(sampler.values.len(), sampler.times.len() * sampler.width * per_key);
 }
 
 fn check_primitive(scene: &Scene, primitive: &Primitive) {
@@ -80,7 +96,10 @@ fn check_primitive(scene: &Scene, primitive: &Primitive) {
     assert!(primitive.texcoords.iter().all(|set| set.len() == vertices));
     assert!(primitive.joints.iter().all(|set| set.len() == vertices));
     assert!(primitive.weights.iter().all(|set| set.len() == vertices));
-    assert!(primitive.material.is_none_or(|material| material < scene.materials.len()));
+    let materials = &primitive.variant_materials;
+    assert!(materials.is_empty() || materials.len() == scene.variants.len());
+    let materials = materials.iter().chain([&primitive.material]).flatten();
+    assert!(materials.copied().all(|material| material < scene.materials.len()));
     for target in &primitive.targets {
         for list in [&target.positions, &target.normals, &target.tangents].into_iter().flatten() {
             assert_eq!(list.len(), vertices);

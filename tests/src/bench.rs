@@ -74,14 +74,13 @@ pub fn renderer(gpu: Gpu, world: World) -> Renderer {
 /// # Panics
 /// If the world has too many vertices.
 pub fn diameter(world: &World) -> f64 {
-    Extent::measure(&world.scene, None, None).unwrap_or_else(|error| panic!("{error}")).diameter()
+    Extent::measure(&world.scene, &[Vec::new()]).unwrap_or_else(|error| panic!("{error}")).diameter()
 }
 
 /// A picture of the rest pose without lamps, with its output variables.
 pub fn still(view: View, size: [u32; 2], refraction: Refraction) -> FrameRequest {
     FrameRequest {
-        clip: None,
-        time: 0.0,
+        playing: Vec::new(),
         size,
         view,
         lights: Vec::new(),

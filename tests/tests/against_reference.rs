@@ -2,7 +2,7 @@
 //! remembers the frames before. What is dropped, or left over from another frame, shows as an error against the truth.
 
 use glam::{DMat4, DVec3, Vec3};
-use murano_animation::{LoopMode, Pose, clip_time};
+use murano_animation::{Layer, Pose};
 use murano_caustics::{Caustics, Method as CausticsMethod};
 use murano_metrics::irradiance::{IrradianceMap, energy_ratio, relative_l1};
 use murano_optics::{Ior, dispersed_ior, visible_spectrum};
@@ -190,18 +190,18 @@ fn a_played_clip_is_never_stale() {
     let mut renderer = renderer(gpu(), world);
     let scene = renderer_scene(&renderer);
     let usual = stage.request(0.0, &murano_render::Settings::default());
-    let duration = usual.clip.map_or(0.0, |clip| scene.clips[clip].duration);
+    let duration = scene.clips[0].duration;
     let window = window(&floor, 1.5 * stage.extent().radius);
     for share in [0.1, 0.35, 0.6, 0.6, 0.1] {
         let request = FrameRequest {
-            time: share * duration,
+            playing: Layer::alone(Some(0), share * duration),
             size: SIZE,
             refraction: settings(Method::Newton, 5),
             caustics: Some(Caustics { photons: 192, interfaces: Interfaces::Two, ..Caustics::default() }),
             aov: true,
             ..usual.clone()
         };
-        let pose = Pose::sample(&scene, request.clip, clip_time(LoopMode::Loop, request.time, duration));
+        let pose = Pose::sample(&scene, &request.playing);
         let traced_world = murano_reference::World::of_scene(&scene, &pose).expect("a world");
         let camera =
             Camera { world_from_view: request.view.world_from_view, projection: request.view.projection, size: SIZE };

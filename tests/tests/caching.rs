@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::{DVec3, Vec3, Vec4};
+use murano_animation::{Layer, Pose};
 use murano_caustics::{Caustics, Method as CausticsMethod};
 use murano_gpu::Gpu;
 use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
@@ -102,7 +103,7 @@ fn a_moving_light_leaves_the_body_and_the_eye_alone() {
 #[test]
 fn a_repeated_frame_runs_nothing_and_time_scrubbed_back_is_still_there() {
     let (world, request) = dancer();
-    let at = |time: f64| FrameRequest { time, ..request.clone() };
+    let at = |time: f64| at_time(&request, time);
     let mut renderer = renderer(gpu(), world);
     let first = render(&mut renderer, &at(0.5));
     let again = render(&mut renderer, &at(0.5));
@@ -212,10 +213,17 @@ impl Dice {
     }
 }
 
+/// The same with the clip at another time.
+fn at_time(request: &FrameRequest, time: f64) -> FrameRequest {
+    let mut request = request.clone();
+    request.playing.iter_mut().for_each(|layer| layer.time = time);
+    request
+}
+
 /// One random change of a request.
 fn edit(request: &mut FrameRequest, original: &FrameRequest, dice: &mut Dice) {
     match dice.below(13) {
-        0 | 1 => request.time = 4.0 * dice.share(),
+        0 | 1 => *request = at_time(request, dice.share()),
         2 => *request = FrameRequest { view: orbited(original, dice.share()).view, ..request.clone() },
         3 => request.view.world_from_view.w_axis.y = original.view.world_from_view.w_axis.y + dice.share(),
         4 => request.lights = lit_from_beside(original, dice.share()).lights,
@@ -341,7 +349,7 @@ fn a_skeleton_that_moves_out_of_the_picture_still_moves_its_caustic() {
     let eye_map = first.passes.iter().find(|pass| pass.name.starts_with("eye_map")).expect("the pass is declared");
     assert_eq!(eye_map.decision, "culled", "the body is in the picture: {}", eye_map.reason);
     assert!(caustic_of(&first).iter().any(|value| *value > 0.0), "no caustic in the picture");
-    let later_request = FrameRequest { time: request.time + 0.5, ..request.clone() };
+    let later_request = at_time(&request, request.time() + 0.5);
     let later = render(&mut renderer, &later_request);
     assert!(ran(&later).is_superset(&BTreeSet::from(["deform", "light_map", "emit", "deposit"])), "{:?}", ran(&later));
     assert!(caustic_of(&first) != caustic_of(&later), "the caustic stood still");
@@ -387,6 +395,7 @@ fn turning_tetrahedron() -> World {
             name: "turn".into(),
             channels: vec![Channel { node: 0, path: Path::Rotation, sampler }],
             duration: 1.0,
+            ..Clip::default()
         }],
         ..Scene::default()
     };
@@ -413,22 +422,21 @@ fn a_turn_that_keeps_the_bounding_box_is_seen() {
     let scene = &world.scene;
     let bounds = |time: f64| {
         let geometry = murano_animation::Geometry::build(scene, &murano_animation::shown_primitives(scene));
-        geometry.expect("four triangles").posed_bounds(&murano_animation::Pose::sample(scene, Some(0), time))
+        geometry.expect("four triangles").posed_bounds(&Pose::sample(scene, &Layer::alone(Some(0), time)))
     };
-    // The end of a loop is its beginning, so it is looked at just before.
-    let (start, end) = (bounds(0.0), bounds(1.0 - 1e-9));
+    let (start, end) = (bounds(0.0), bounds(1.0));
     assert!(start.min.distance(end.min) < 1e-6 && start.max.distance(end.max) < 1e-6, "{start:?} {end:?}");
 
     let view = View::look_at(DVec3::new(2.0, 4.0, 5.0), DVec3::ZERO, 0.8);
     let request = FrameRequest {
-        clip: Some(0),
+        playing: Layer::alone(Some(0), 0.0),
         lights: vec![sun()],
         caustics: Some(CAUSTICS),
         ..still(view, SIZE, Refraction::default())
     };
     let mut renderer = renderer(gpu(), world);
     let first = render(&mut renderer, &request);
-    let turned = render(&mut renderer, &FrameRequest { time: 1.0 - 1e-9, ..request.clone() });
+    let turned = render(&mut renderer, &at_time(&request, 1.0));
     assert!(
         ran(&turned).is_superset(&BTreeSet::from(["deform", "light_map", "emit", "deposit", "eye_map", "refract"])),
         "{:?}",
@@ -442,11 +450,11 @@ fn a_turn_that_keeps_the_bounding_box_is_seen() {
 fn what_is_baked_of_a_rigid_body_is_baked_once() {
     let view = View::look_at(DVec3::new(2.0, 4.0, 5.0), DVec3::ZERO, 0.8);
     let refraction = Refraction { method: Method::Isr, ..Refraction::default() };
-    let request = FrameRequest { clip: Some(0), ..still(view, SIZE, refraction) };
+    let request = FrameRequest { playing: Layer::alone(Some(0), 0.0), ..still(view, SIZE, refraction) };
     let mut warm = renderer(gpu(), turning_tetrahedron());
     let first = render(&mut warm, &request);
     assert!(ran(&first).is_superset(&BTreeSet::from(["deform", "refit_at_rest", "thickness", "eye_map", "refract"])));
-    let later = FrameRequest { time: 0.3, ..request };
+    let later = at_time(&request, 0.3);
     let turned = render(&mut warm, &later);
     assert_reused(&turned, &["refit_at_rest", "thickness"], "a rigid body turned");
     assert!(ran(&turned).contains("deform") && exits(&turned) != exits(&first), "the body stood still");
@@ -475,7 +483,7 @@ fn one_of_two_casters_that_moves_leaves_the_other_s_light_alone() {
     let view = View::look_at(DVec3::new(2.0, 4.0, 7.0), DVec3::ZERO, 0.8);
     let still = still(view, SIZE, Refraction::default());
     let request = FrameRequest {
-        clip: Some(0),
+        playing: Layer::alone(Some(0), 0.0),
         lights: vec![sun()],
         caustics: Some(Caustics { map_size: 256, ..CAUSTICS }),
         ..still
@@ -483,7 +491,7 @@ fn one_of_two_casters_that_moves_leaves_the_other_s_light_alone() {
     let mut both = renderer(gpu(), two_bodies());
     render(&mut both, &request);
     // By little: the sun's view follows what it sees of all casters in steps.
-    let later = FrameRequest { time: 0.05, ..request };
+    let later = at_time(&request, 0.05);
     let moved = render(&mut both, &later);
     let decision = |name: &str| moved.passes.iter().find(|pass| pass.name == name).expect("a pass").decision;
     for name in ["light_map", "emit", "deposit", "receive"] {

@@ -12,8 +12,10 @@ use std::{
     sync::{LazyLock, Mutex, PoisonError},
 };
 
-use glam::DVec3;
-use murano_animation::{Deformed, Geometry, GeometryLeaves, Pose, deform_f64, shown_primitives};
+use glam::{DMat4, DVec3};
+use murano_animation::{
+    Character, Crowd, Deformed, Geometry, GeometryLeaves, Layer, Pose, Rig, deform_f64, shown_primitives,
+};
 use murano_gpu::{Gpu, Work};
 use murano_render::{Renderer, World};
 use murano_scene::{Scene, import};
@@ -24,6 +26,9 @@ use murano_tests::bench::{asset, gpu, shared};
 const POSITION: f64 = 1e-5;
 /// Largest angle allowed between normals, degrees.
 const NORMAL: f64 = 0.1;
+
+/// Times at which each clip is looked at.
+const SAMPLES: u32 = 50;
 
 /// One device for all tests, one test at a time: what it keeps is then bounded once.
 static GPU: LazyLock<Mutex<Gpu>> = LazyLock::new(|| Mutex::new(gpu()));
@@ -94,15 +99,18 @@ fn regular(geometry: &Geometry, truth: &Deformed, vertex: usize, diameter: f64) 
     height > 2e-3 * diameter
 }
 
-/// Every clip at `samples` times over the whole of it, and the rest pose.
-fn poses(scene: &Scene, samples: u32) -> impl Iterator<Item = (String, Pose)> {
-    let clips = (0..scene.clips.len()).flat_map(move |clip| {
-        (0..samples).map(move |sample| {
-            let time = scene.clips[clip].duration * f64::from(sample) / f64::from(samples - 1).max(1.0);
-            (format!("clip {clip} at {time} s"), Pose::sample(scene, Some(clip), time))
-        })
-    });
-    std::iter::once(("rest".to_owned(), Pose::rest(scene))).chain(clips)
+/// The rest pose and every clip at `samples` times over the whole of it: in f64, and as a rig poses it.
+fn poses(scene: &Scene, samples: u32) -> impl Iterator<Item = (String, [Pose; 2])> {
+    let rig = Rig::new(scene);
+    let of = move |playing: &[Layer]| [Pose::sample(scene, playing), rig.pose(playing)];
+    let rest = of(&[]);
+    let time = move |clip: usize, sample: u32| {
+        scene.clips[clip].duration * f64::from(sample) / f64::from(samples - 1).max(1.0)
+    };
+    let moments =
+        (0..scene.clips.len()).flat_map(move |clip| (0..samples).map(move |sample| (clip, time(clip, sample))));
+    let posed = moments.map(move |(clip, time)| (format!("clip {clip} at {time} s"), of(&[Layer::new(clip, time)])));
+    std::iter::once(("rest".to_owned(), rest)).chain(posed)
 }
 
 /// Rows of three numbers and one that does not matter here.
@@ -118,7 +126,7 @@ fn measure(gpu: &Gpu, path: &Path, samples: u32) -> Option<Worst> {
     let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
     let leaves = GeometryLeaves::new(&geometry);
     let mut worst = Worst::default();
-    for (when, pose) in poses(&scene, samples) {
+    for (when, [exact, pose]) in poses(&scene, samples) {
         let what = format!("{}, {when}", path.display());
         let origin = geometry.posed_bounds(&pose).center();
         let origin = if origin.is_finite() { origin } else { DVec3::ZERO };
@@ -133,7 +141,7 @@ fn measure(gpu: &Gpu, path: &Path, samples: u32) -> Option<Worst> {
         for position in &mut positions {
             *position += origin;
         }
-        worst.include(&geometry, &deform_f64(&geometry, &scene, &pose), &positions, &normals, &what);
+        worst.include(&geometry, &deform_f64(&geometry, &scene, &exact), &positions, &normals, &what);
     }
     Some(worst)
 }
@@ -184,14 +192,14 @@ fn models_in(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn our_own_models_deform_as_in_f64() {
-    survey(&models_in(&asset("")), 20);
+    survey(&models_in(&asset("")), SAMPLES);
 }
 
 #[test]
 fn known_characters_deform_as_in_f64() {
     let models = data(&["gltf/Fox.glb", "gltf/CesiumMan.glb", "gltf/RiggedFigure.glb", "gltf/AnimatedMorphCube.glb"]);
     if !models.is_empty() {
-        survey(&models, 20);
+        survey(&models, SAMPLES);
     }
 }
 
@@ -199,11 +207,10 @@ fn known_characters_deform_as_in_f64() {
 fn large_scans_deform_as_in_f64() {
     let models = data(&["paper/bunny_69k.glb", "paper/armadillo_346k.glb"]);
     if !models.is_empty() {
-        survey(&models, 20);
+        survey(&models, SAMPLES);
     }
 }
 
-/// Four times a clip: it is the variety of files that matters here.
 #[test]
 fn every_model_at_hand_deforms_as_in_f64() {
     let known: HashSet<PathBuf> =
@@ -212,7 +219,7 @@ fn every_model_at_hand_deforms_as_in_f64() {
             .collect();
     let Some(folder) = shared("data/gltf") else { return };
     let models: Vec<PathBuf> = models_in(&folder).into_iter().filter(|path| !known.contains(path)).collect();
-    survey(&models, 4);
+    survey(&models, SAMPLES);
 }
 
 /// What the renderer makes of a model is what the deformation makes of it, however it is sorted into bodies.
@@ -226,13 +233,62 @@ fn the_renderer_deforms_as_in_f64() {
     let mut worst = Worst::default();
     for sample in 0..5 {
         let time = duration * f64::from(sample) / 5.0;
-        let meshes = renderer.deform(Some(0), time).unwrap_or_else(|error| panic!("{error}"));
+        let meshes = renderer.deform(&Layer::alone(Some(0), time)).unwrap_or_else(|error| panic!("{error}"));
         assert!(meshes.iter().any(|mesh| !mesh.positions.is_empty()));
         for mesh in meshes.iter().filter(|mesh| !mesh.positions.is_empty()) {
             let scene = &renderer.world().scene;
-            let truth = deform_f64(&mesh.geometry, scene, &Pose::sample(scene, Some(0), time));
+            let truth = deform_f64(&mesh.geometry, scene, &Pose::sample(scene, &Layer::alone(Some(0), time)));
             worst.include(&mesh.geometry, &truth, &mesh.positions, &mesh.normals, &format!("dancer at {time} s"));
         }
     }
     worst.assert("dancer.glb");
+}
+
+/// Forty dancers in one dispatch a block, each at a time and place of its own; who stands still costs nothing the next time.
+#[test]
+fn a_crowd_deforms_as_each_by_itself() {
+    let scene = import(&asset("dancer.glb")).unwrap_or_else(|error| panic!("{error}"));
+    let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
+    let leaves = GeometryLeaves::new(&geometry);
+    let mut crowd = Crowd::new(Rig::new(&scene), geometry.clone());
+    let character = |index: u32| Character {
+        playing: Layer::alone(Some(0), 0.05 * f64::from(index)),
+        place: DMat4::from_rotation_y(f64::from(index)) * DMat4::from_translation(DVec3::new(0.0, 0.0, 4.0)),
+    };
+    let mut characters: Vec<Character> = (0..40).map(character).collect();
+    let gpu = GPU.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut history = History::new();
+    for (moves, ran) in [(40, 2), (0, 0), (1, 1)] {
+        if moves == 1 {
+            characters[35] = character(60);
+        }
+        assert_eq!(crowd.update(&characters, DVec3::ZERO), moves);
+        let mut plan: Plan<Work> = Plan::new();
+        let blocks: Vec<_> = (0..)
+            .zip(crowd.blocks())
+            .map(|(number, block)| {
+                leaves.deform_block(&gpu, &mut plan, number, block).unwrap_or_else(|e| panic!("{e}"))
+            })
+            .collect();
+        let executed = gpu
+            .execute(&plan, blocks.as_flattened(), &mut history, Skipping::On)
+            .unwrap_or_else(|error| panic!("{error}"));
+        let steps = executed.schedule.steps.iter().filter(|step| step.decision.name() == "ran").count();
+        assert_eq!(steps, ran, "{moves} moved");
+        let count = geometry.vertices.len();
+        let all = |k: usize| -> Vec<DVec3> {
+            let buffers = executed.targets.chunks(2).zip(crowd.blocks());
+            buffers.flat_map(|(buffers, block)| vectors(&buffers[k], block.len() * count)).collect()
+        };
+        let (positions, normals) = (all(0), all(1));
+        let mut worst = Worst::default();
+        for (index, character) in characters.iter().enumerate() {
+            let mut pose = Pose::sample(&scene, &character.playing);
+            pose.world_from_node.iter_mut().for_each(|matrix| *matrix = character.place * *matrix);
+            let own = index * count..(index + 1) * count;
+            let truth = deform_f64(&geometry, &scene, &pose);
+            worst.include(&geometry, &truth, &positions[own.clone()], &normals[own], &format!("dancer {index}"));
+        }
+        worst.assert("a crowd of dancers");
+    }
 }

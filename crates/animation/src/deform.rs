@@ -5,12 +5,15 @@ use glam::DVec3;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, Leaf, ShaderSpec, Work};
 use murano_scheduler::{Output, Plan, Stamp};
 
+use crate::crowd::Block;
 use crate::{Geometry, Pose};
 
 /// A geometry's constant arrays, hashed once, ready to enter any plan.
 pub struct GeometryLeaves {
     vertex_count: usize,
     triangle_count: usize,
+    instance_count: usize,
+    palette_len: usize,
     buffers: Vec<(&'static str, Stamp, Leaf)>,
     triangles: (Stamp, Leaf),
     neighbours: (Stamp, Leaf),
@@ -36,6 +39,16 @@ pub struct DeformedGeometry {
 #[derive(ShaderType)]
 struct Params {
     vertex_count: u32,
+    palette_rows: u32,
+    instance_count: u32,
+}
+
+/// Matrices and weights of some characters of the same geometry, ready to enter any plan.
+#[derive(Clone)]
+pub(crate) struct PoseLeaves {
+    pub palette: (Stamp, Leaf),
+    pub active_targets: (Stamp, Leaf),
+    pub active_ranges: (Stamp, Leaf),
 }
 
 impl GeometryLeaves {
@@ -45,12 +58,14 @@ impl GeometryLeaves {
         Self {
             vertex_count: geometry.vertices.len(),
             triangle_count: geometry.triangles.len(),
+            instance_count: geometry.instances.len(),
+            palette_len: geometry.palette_len(),
             buffers: vec![
                 leaf("vertices", Leaf::of(&geometry.vertices)),
                 leaf("influence_offsets", Leaf::of(&geometry.influence_offsets)),
                 leaf("influences", Leaf::of(&geometry.influences)),
-                leaf("morph_offsets", Leaf::of(&geometry.morph_offsets)),
-                leaf("morphs", Leaf::of(&geometry.morphs)),
+                leaf("morph_words", Leaf::of(&geometry.morph_words)),
+                leaf("displacements", Leaf::of(&geometry.displacements)),
             ],
             triangles: Leaf::of(&geometry.triangles),
             neighbours: Leaf::of(&geometry.neighbours()),
@@ -70,32 +85,75 @@ impl GeometryLeaves {
         pose: &Pose,
         origin: DVec3,
     ) -> Result<DeformedGeometry, GpuError> {
-        let shader = gpu.shader(&ShaderSpec::new("animation::deform"))?;
-        let mut pass =
-            ComputePass::new("deform", instance).value("params", &Params { vertex_count: self.vertex_count as u32 });
-        let (stamp, leaf) = Leaf::of(&geometry.palette(pose, origin));
-        pass = pass.input("palette", plan.leaf("palette", stamp, Work::Leaf(leaf)));
-        let (stamp, leaf) = Leaf::of(&geometry.morph_weights(pose));
-        pass = pass.input("morph_weights", plan.leaf("morph_weights", stamp, Work::Leaf(leaf)));
-        for (name, stamp, leaf) in &self.buffers {
-            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
-        }
-        let bytes = 16 * self.vertex_count as u64;
-        let outputs = pass
-            .output("positions", bytes)
-            .output("normals", bytes)
-            .dispatch(&shader, "main", Groups::linear(self.vertex_count, 64))
-            .add_to(plan)?;
+        let (mut targets, mut ranges) = (Vec::new(), Vec::new());
+        geometry.push_active_targets(pose, &mut targets, &mut ranges);
+        let posed = PoseLeaves {
+            palette: Leaf::of(&geometry.palette(pose, origin)),
+            active_targets: Leaf::of(&targets),
+            active_ranges: Leaf::of(&ranges),
+        };
+        let [positions, normals] = self.add_pass(gpu, plan, instance, &posed, 1)?;
         let (stamp, leaf) = &self.triangles;
         let (neighbours_stamp, neighbours) = &self.neighbours;
         Ok(DeformedGeometry {
-            positions: outputs[0],
-            normals: outputs[1],
+            positions,
+            normals,
             triangles: plan.leaf("triangles", *stamp, Work::Leaf(leaf.clone())),
             neighbours: plan.leaf("neighbours", *neighbours_stamp, Work::Leaf(neighbours.clone())),
             vertex_count: self.vertex_count,
             triangle_count: self.triangle_count,
         })
+    }
+
+    /// Adds the pass `deform:instance` for all characters of a block of a crowd, in one dispatch. Positions and normals as in
+    /// [`DeformedGeometry`], character after character.
+    ///
+    /// # Errors
+    /// [`GpuError`] if the shader or the plan is defective.
+    pub fn deform_block(
+        &self,
+        gpu: &Gpu,
+        plan: &mut Plan<Work>,
+        instance: u32,
+        block: &Block,
+    ) -> Result<[Output; 2], GpuError> {
+        self.add_pass(gpu, plan, instance, &block.leaves, block.len())
+    }
+
+    fn add_pass(
+        &self,
+        gpu: &Gpu,
+        plan: &mut Plan<Work>,
+        instance: u32,
+        posed: &PoseLeaves,
+        characters: usize,
+    ) -> Result<[Output; 2], GpuError> {
+        let shader = gpu.shader(&ShaderSpec::new("animation::deform"))?;
+        let params = Params {
+            vertex_count: self.vertex_count as u32,
+            palette_rows: 3 * self.palette_len as u32,
+            instance_count: self.instance_count as u32,
+        };
+        let mut pass = ComputePass::new("deform", instance).value("params", &params);
+        let posed = [
+            ("palette", &posed.palette),
+            ("active_targets", &posed.active_targets),
+            ("active_ranges", &posed.active_ranges),
+        ];
+        for (name, (stamp, leaf)) in posed {
+            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
+        }
+        for (name, stamp, leaf) in &self.buffers {
+            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
+        }
+        let Groups::Direct([x, y, _]) = Groups::linear(self.vertex_count, 64) else { unreachable!("known on the CPU") };
+        let bytes = 16 * (self.vertex_count * characters) as u64;
+        let outputs = pass
+            .output("positions", bytes)
+            .output("normals", bytes)
+            .dispatch(&shader, "main", Groups::Direct([x, y, characters as u32]))
+            .add_to(plan)?;
+        Ok([outputs[0], outputs[1]])
     }
 }
 
@@ -104,14 +162,17 @@ mod tests {
     use murano_gpu::{Shader, ShaderSpec, check_storage_layout, check_uniform_layout};
 
     use super::*;
-    use crate::{Influence, MorphDelta, RestVertex};
+    use crate::{ActiveRange, ActiveTarget, Influence, MorphWord, RestVertex};
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
         let deform = Shader::link(&ShaderSpec::new("animation::deform")).unwrap();
-        check_uniform_layout!(deform, "Params", Params { vertex_count: 1 }).unwrap();
+        check_uniform_layout!(deform, "Params", Params { vertex_count: 1, palette_rows: 2, instance_count: 3 })
+            .unwrap();
         check_storage_layout!(deform, "RestVertex", RestVertex { position, instance, normal, corner }).unwrap();
         check_storage_layout!(deform, "Influence", Influence { entry, weight }).unwrap();
-        check_storage_layout!(deform, "MorphDelta", MorphDelta { position, weight, normal, padding }).unwrap();
+        check_storage_layout!(deform, "MorphWord", MorphWord { moved, first }).unwrap();
+        check_storage_layout!(deform, "ActiveTarget", ActiveTarget { word, weight }).unwrap();
+        check_storage_layout!(deform, "ActiveRange", ActiveRange { vertex, start, end, padding }).unwrap();
     }
 }

@@ -7,25 +7,27 @@
 //! |---|---|
 //! | `vertices` | `struct { position: vec3f, instance: u32, normal: vec3f, corner: u32 }` |
 //! | `texcoords`, `colors` | `vec4f` |
-//! | `influence_offsets`, `morph_offsets` | `u32`, one more than there are vertices |
+//! | `influence_offsets` | `u32`, one more than there are vertices |
 //! | `influences` | `struct { entry: u32, weight: f32 }` |
-//! | `morphs` | `struct { position: vec3f, weight: u32, normal: vec3f, padding: u32 }` |
+//! | `morph_words` | `struct { moved: u32, first: u32 }` |
+//! | `displacements` | six `f32`: position, normal |
 //! | `triangles` | three `u32` (no `vec3u`: its stride would be 16) |
 //! | `triangle_instances` | `u32` |
 //!
-//! The deformation of vertex `v` (glTF 2.0, 3.7.2 and 3.7.3) is then
-//! `p = position + sum(weights[m.weight] * m.position)` over `morphs[morph_offsets[v]..morph_offsets[v + 1]]`, likewise for
-//! the normal, and `sum(i.weight * palette[i.entry]) * (p, 1)` over `influences[influence_offsets[v]..influence_offsets[v + 1]]`,
-//! with [`Geometry::palette`] and [`Geometry::morph_weights`] of the pose.
+//! The deformation of vertex `v` (glTF 2.0, 3.7.2 and 3.7.3) is then `p = position + sum(weight * displacement)` over the
+//! targets of [`Geometry::push_active_targets`] whose word has the bit of `v`, likewise for the normal, and
+//! `sum(i.weight * palette[i.entry]) * (p, 1)` over `influences[influence_offsets[v]..influence_offsets[v + 1]]`, with
+//! [`Geometry::palette`] of the pose.
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
+use glam::{DMat4, DVec3, Vec2, Vec4};
 use murano_scene::{NodeIndex, Primitive, Scene};
 
 use crate::bounds::Bounds;
 use crate::influences::Binding;
+use crate::targets::MorphWord;
 
 /// A vertex in the rest pose.
 #[repr(C)]
@@ -52,20 +54,6 @@ pub struct Influence {
     pub weight: f32,
 }
 
-/// The displacement of a vertex by one morph target at weight 1.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct MorphDelta {
-    /// Added to the position, metres.
-    pub position: [f32; 3],
-    /// Index into the list of [`Geometry::morph_weights`].
-    pub weight: u32,
-    /// Added to the normal.
-    pub normal: [f32; 3],
-    /// Fills the record to 32 bytes; zero.
-    pub padding: u32,
-}
-
 /// One primitive of one node, and where its parts lie in the arrays of [`Geometry`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
@@ -90,8 +78,10 @@ pub struct Instance {
     pub triangles: Range<u32>,
     /// Palette entries.
     pub palette: Range<u32>,
-    /// Morph weights, one per target.
-    pub weights: Range<u32>,
+    /// Morph targets.
+    pub targets: u32,
+    /// First of its words in [`Geometry::morph_words`]: a row of one word for 32 vertices for every target.
+    pub morph_words: u32,
 }
 
 /// A matrix of the palette: its node, and what is constant about it.
@@ -122,10 +112,10 @@ pub struct Geometry {
     pub influence_offsets: Vec<u32>,
     /// Influences, at least one per vertex.
     pub influences: Vec<Influence>,
-    /// Where a vertex's morph displacements begin; one more at the end.
-    pub morph_offsets: Vec<u32>,
-    /// Morph displacements, only those that are not zero.
-    pub morphs: Vec<MorphDelta>,
+    /// Which vertices the morph targets move.
+    pub morph_words: Vec<MorphWord>,
+    /// By how much at weight 1: position, metres, and normal. Only where either is not zero.
+    pub displacements: Vec<[f32; 6]>,
     /// Counter-clockwise seen from outside in the rest pose (see [`Geometry::mirrored`]).
     pub triangles: Vec<[u32; 3]>,
     /// Instance of each triangle.
@@ -193,7 +183,7 @@ impl Geometry {
     /// # Errors
     /// [`GeometryError`] when a pair names nothing or the arrays outgrow 32-bit indices.
     pub fn build(scene: &Scene, instances: &[(NodeIndex, usize)]) -> Result<Self, GeometryError> {
-        let mut geometry = Self { influence_offsets: vec![0], morph_offsets: vec![0], ..Self::default() };
+        let mut geometry = Self { influence_offsets: vec![0], ..Self::default() };
         for &(node, primitive) in instances {
             geometry.append(scene, node, primitive).ok_or(GeometryError::NoSuchPrimitive {
                 node,
@@ -210,7 +200,8 @@ impl Geometry {
             (self.vertices.len(), "vertices"),
             (self.triangles.len(), "triangles"),
             (self.influences.len(), "influences"),
-            (self.morphs.len(), "morph displacements"),
+            (self.displacements.len(), "morph displacements"),
+            (self.morph_words.len(), "words of morph targets"),
         ];
         match sizes.into_iter().find(|&(size, _)| size > u32::MAX as usize) {
             Some((_, what)) => Err(GeometryError::TooLarge { node, what }),
@@ -229,12 +220,13 @@ impl Geometry {
         let vertex_start = self.vertices.len() as u32;
         let triangle_start = self.triangles.len() as u32;
         let palette_start = self.palette_entries.len() as u32;
-        let weight_start = self.instances.last().map_or(0, |instance| instance.weights.end);
+        let morph_words = self.morph_words.len() as u32;
         let instance = self.instances.len() as u32;
         let flat_normals = primitive.normals.is_none();
 
+        let sources = source_vertices(primitive);
         let mut binding = Binding::new(scene, node, primitive, pivot);
-        for (ordinal, source) in source_vertices(primitive).into_iter().enumerate() {
+        for (ordinal, &source) in sources.iter().enumerate() {
             let corner = if flat_normals { ordinal as u32 % 3 + 1 } else { 0 };
             let rest = primitive.positions[source].as_dvec3() - pivot;
             self.vertices.push(RestVertex {
@@ -244,19 +236,10 @@ impl Geometry {
                 corner,
             });
             self.push_appearance(primitive, source);
-            let morphs_start = self.morphs.len();
-            self.push_morphs(primitive, source, weight_start);
-            binding.push(
-                source,
-                rest,
-                &self.morphs[morphs_start..],
-                weight_start,
-                &mut self.palette_entries,
-                &mut self.influences,
-            );
+            binding.push(source, rest, &mut self.palette_entries, &mut self.influences);
             self.influence_offsets.push(self.influences.len() as u32);
-            self.morph_offsets.push(self.morphs.len() as u32);
         }
+        self.push_targets(primitive, &sources);
         self.push_triangles(primitive, vertex_start, instance);
 
         self.instances.push(Instance {
@@ -270,7 +253,8 @@ impl Geometry {
             vertices: vertex_start..self.vertices.len() as u32,
             triangles: triangle_start..self.triangles.len() as u32,
             palette: palette_start..self.palette_entries.len() as u32,
-            weights: weight_start..weight_start + primitive.targets.len() as u32,
+            targets: primitive.targets.len() as u32,
+            morph_words,
         });
         Some(())
     }
@@ -281,21 +265,6 @@ impl Geometry {
         self.texcoords.push([first.x, first.y, second.x, second.y]);
         let color = primitive.colors.as_ref().and_then(|colors| colors.get(source)).copied();
         self.colors.push(color.unwrap_or(Vec4::ONE).to_array());
-    }
-
-    fn push_morphs(&mut self, primitive: &Primitive, source: usize, weight_start: u32) {
-        for (target, weight) in primitive.targets.iter().zip(weight_start..) {
-            let position = at::<Vec3>(target.positions.as_deref(), source);
-            let normal = if primitive.normals.is_some() { at(target.normals.as_deref(), source) } else { Vec3::ZERO };
-            if position != Vec3::ZERO || normal != Vec3::ZERO {
-                self.morphs.push(MorphDelta {
-                    position: position.to_array(),
-                    weight,
-                    normal: normal.to_array(),
-                    padding: 0,
-                });
-            }
-        }
     }
 
     fn push_triangles(&mut self, primitive: &Primitive, vertex_start: u32, instance: u32) {

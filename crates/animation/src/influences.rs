@@ -4,7 +4,8 @@ use glam::{DMat4, DVec3};
 use murano_scene::{NodeIndex, Primitive, Scene, Skin};
 
 use crate::bounds::Bounds;
-use crate::geometry::{Influence, MorphDelta, PaletteEntry};
+use crate::geometry::{Influence, PaletteEntry};
+use crate::targets::displacement;
 
 /// Binds the vertices of one instance to the palette. Only joints that influence a vertex get an entry, so that a joint
 /// without vertices neither costs upload nor changes the palette's value when it moves.
@@ -34,8 +35,6 @@ impl<'a> Binding<'a> {
         &mut self,
         source: usize,
         rest: DVec3,
-        morphs: &[MorphDelta],
-        weight_start: u32,
         palette: &mut Vec<PaletteEntry>,
         influences: &mut Vec<Influence>,
     ) {
@@ -48,9 +47,10 @@ impl<'a> Binding<'a> {
 
             let entry = &mut palette[entry as usize];
             entry.rest.include(rest);
-            for morph in morphs {
-                let displacement = DVec3::from_array(morph.position.map(f64::from));
-                entry.displacements[(morph.weight - weight_start) as usize].include(displacement);
+            for (target, bounds) in entry.displacements.iter_mut().enumerate() {
+                if let Some([position, _]) = displacement(self.primitive, target, source) {
+                    bounds.include(position.as_dvec3());
+                }
             }
         }
     }

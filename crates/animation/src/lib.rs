@@ -1,8 +1,8 @@
 //! Animation: clips to poses, poses to deformed geometry.
 //!
-//! [`clip_time`] turns playback time into clip time, [`Pose::sample`] a clip time into local transforms, morph weights
-//! and world matrices. [`Geometry`] holds mesh instances as flat arrays for the GPU; a pose reaches it as a
-//! [palette](Geometry::palette) and [morph weights](Geometry::morph_weights). [`deform_f64`] is the same deformation on
+//! [`played_time`] turns playback time into clip time, and a [`Rig`] [`Layer`]s of clips at times into a [`Pose`]: local
+//! transforms, morph weights and world matrices ([`Pose::sample`] is its truth in f64). [`Geometry`] holds mesh instances as flat arrays for the GPU; a pose reaches it as a
+//! [palette](Geometry::palette) and [active targets](Geometry::push_active_targets). [`deform_f64`] is the same deformation on
 //! the CPU in f64, from the scene's own data.
 //!
 //! Spaces: *vertex* (mesh space less the instance's pivot), *mesh*, *node* (a joint or the mesh's node), *world* (metres,
@@ -10,25 +10,34 @@
 
 mod adjacency;
 mod bounds;
+mod crowd;
 mod deform;
 mod geometry;
 mod influences;
+mod layer;
 mod palette;
 mod playback;
 mod ply;
 mod pose;
+mod rig;
 mod sample;
+mod targets;
+mod tracks;
 mod truth;
 
 #[cfg(test)]
 mod tests;
 
 pub use bounds::Bounds;
+pub use crowd::{Block, Character, Crowd};
 pub use deform::{DeformedGeometry, GeometryLeaves};
-pub use geometry::{Geometry, GeometryError, Influence, Instance, MorphDelta, RestVertex, shown_primitives};
+pub use geometry::{Geometry, GeometryError, Influence, Instance, RestVertex, shown_primitives};
+pub use layer::{Blend, Layer};
 pub use palette::AffineRows;
-pub use playback::{LoopMode, clip_time};
+pub use playback::{clip_time, played_time};
 pub use ply::write_ply;
 pub use pose::Pose;
+pub use rig::{Rig, Workspace};
 pub use sample::{sample_rotation, sample_vector, sample_weights};
+pub use targets::{ActiveRange, ActiveTarget, MorphWord};
 pub use truth::{Deformed, deform_f64};

@@ -25,21 +25,18 @@ impl Geometry {
     /// body keeps its precision wherever in the world it stands. The own transform of a skinned mesh's node has no effect
     /// (glTF 2.0, 3.7.3.3).
     pub fn palette(&self, pose: &Pose, origin: DVec3) -> Vec<AffineRows> {
-        let rows_of = |entry: &PaletteEntry| {
-            let mut matrix = entry.world_from_vertex(pose);
-            matrix.w_axis -= origin.extend(0.0);
-            [0, 1, 2].map(|row| matrix.row(row).as_vec4().to_array())
-        };
-        self.palette_entries.iter().map(rows_of).collect()
+        let mut palette = vec![AffineRows::default(); self.palette_entries.len()];
+        self.palette_into(pose, origin, &mut palette);
+        palette
     }
 
-    /// Morph weights of all instances in order, indexed by [`crate::MorphDelta::weight`].
-    pub fn morph_weights(&self, pose: &Pose) -> Vec<f32> {
-        let weights_of = |instance: &Instance| {
-            let given = &pose.weights[instance.node];
-            (0..instance.weights.len()).map(|target| given.get(target).map_or(0.0, |&weight| weight as f32))
-        };
-        self.instances.iter().flat_map(weights_of).collect()
+    /// As [`Geometry::palette`], into a list of [`Geometry::palette_len`] matrices.
+    pub fn palette_into(&self, pose: &Pose, origin: DVec3, palette: &mut [AffineRows]) {
+        for (rows, entry) in palette.iter_mut().zip(&self.palette_entries) {
+            let mut matrix = entry.world_from_vertex(pose);
+            matrix.w_axis -= origin.extend(0.0);
+            *rows = [0, 1, 2].map(|row| matrix.row(row).as_vec4().to_array());
+        }
     }
 
     /// Whether the pose mirrors each instance, so that its triangles are clockwise seen from outside (glTF 2.0, 3.7.2.1).

@@ -1,18 +1,6 @@
 //! From the time that passes to the time in a clip.
 
-/// What happens outside a clip's own time span.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum LoopMode {
-    /// The clip plays once; before and after it stands at its start.
-    Once,
-    /// The clip repeats; its end is its start.
-    #[default]
-    Loop,
-    /// The clip plays forwards and backwards in turn.
-    PingPong,
-    /// The clip plays once; its first and last moments are held.
-    Clamp,
-}
+use murano_scene::LoopMode;
 
 /// The time in a clip of `duration` seconds at which to sample after `time` seconds of playback, in `0..=duration` (and
 /// below `duration` in [`LoopMode::Loop`]). Negative times play what came before zero. Zero where there is
@@ -32,6 +20,13 @@ pub fn clip_time(mode: LoopMode, time: f64, duration: f64) -> f64 {
             duration * if phase > 1.0 { 2.0 - phase } else { phase }
         }
     }
+}
+
+/// The time in a clip of `duration` seconds that began at its time `start` and has played for `elapsed` seconds at a speed.
+/// Backwards, a clip that plays once begins as far before its end.
+pub fn played_time(mode: LoopMode, speed: f64, start: f64, elapsed: f64, duration: f64) -> f64 {
+    let begins_at_end = speed < 0.0 && matches!(mode, LoopMode::Once | LoopMode::Clamp);
+    clip_time(mode, if begins_at_end { duration - start } else { start } + speed * elapsed, duration)
 }
 
 /// The remainder in `0..period`, also where rounding lifts that of a tiny negative time to the period itself; zero for a
@@ -70,6 +65,16 @@ mod tests {
     fn ping_pong_turns_at_both_ends() {
         let given = [0.0, 1.5, 2.0, 2.5, 4.0, 4.5, -0.5, -2.0, -3.5, -1e-300];
         assert_eq!(times(LoopMode::PingPong, &given), [0.0, 1.5, 2.0, 1.5, 0.0, 0.5, 0.5, 2.0, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn backwards_a_clip_begins_at_its_end_where_it_plays_once() {
+        let back = |mode| [0.0, 0.5, 2.5].map(|time| played_time(mode, -1.0, 0.0, time, 2.0));
+        assert_eq!(back(LoopMode::Clamp), [2.0, 1.5, 0.0]);
+        assert_eq!(back(LoopMode::Once), [2.0, 1.5, 0.0]);
+        assert_eq!(back(LoopMode::Loop), [0.0, 1.5, 1.5]);
+        assert_eq!(back(LoopMode::PingPong), [0.0, 0.5, 1.5]);
+        assert_eq!(played_time(LoopMode::Loop, 3.0, 0.25, 0.5, 2.0), 1.75);
     }
 
     #[test]

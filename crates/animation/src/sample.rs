@@ -5,7 +5,7 @@ use murano_scene::{Interpolation, Sampler};
 
 /// Where a time falls among the keys: at key `index` exactly, or between it and the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Moment {
+pub(crate) enum Moment {
     At(usize),
     Between {
         index: usize,
@@ -18,7 +18,7 @@ enum Moment {
 
 /// Finds the keys around a time by binary search. Before the first key (and for a time that is not a number) that is the
 /// first key, after the last the last. `None` without keys.
-fn locate(times: &[f32], time: f64) -> Option<Moment> {
+pub(crate) fn locate(times: &[f32], time: f64) -> Option<Moment> {
     let last = times.len().checked_sub(1)?;
     let passed = times.partition_point(|&key| f64::from(key) <= time);
     let Some(index) = passed.checked_sub(1) else { return Some(Moment::At(0)) };

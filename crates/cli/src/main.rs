@@ -7,6 +7,7 @@ mod completions;
 mod export;
 mod failure;
 mod inspect;
+mod layer;
 mod options;
 mod pose;
 mod terminal;

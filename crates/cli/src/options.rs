@@ -10,8 +10,9 @@ use murano_refraction::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
 };
 use murano_render::{Settings, Skipping, open_shot};
-use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotLight};
+use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotLight};
 
+use crate::layer::{LayerOption, loop_mode};
 use crate::values::{self, CameraWord, CausticsChoice, LightWord};
 
 /// Which adapter renders, and how it is watched.
@@ -50,6 +51,16 @@ pub struct ShotOptions {
     /// Time in the clip at which the first frame is taken, seconds
     #[arg(long, value_name = "S", value_parser = values::number, allow_negative_numbers = true, help_heading = "Scene")]
     time: Option<f64>,
+    /// Seconds of the clip that pass in a second; negative plays it backwards
+    #[arg(long, value_name = "X", value_parser = values::number, allow_negative_numbers = true, help_heading = "Scene")]
+    speed: Option<f64>,
+    /// What the clip does outside its span: once, loop, ping-pong, clamp
+    #[arg(long, value_name = "MODE", value_parser = loop_mode, help_heading = "Scene")]
+    repeat: Option<LoopMode>,
+    /// A clip laid over it: clip=NAME|INDEX,weight=W,speed=S,repeat=MODE,from=S,until=S,fade=S,blend=over|add,mask=NODE+NODE,
+    /// all but the clip optional; a mask is nodes with all that hangs on them; may be given several times
+    #[arg(long, value_name = "LAYER", help_heading = "Scene")]
+    layer: Vec<LayerOption>,
     /// The pose stays as it is at --time
     #[arg(long, help_heading = "Scene")]
     hold: bool,
@@ -185,6 +196,9 @@ impl ShotOptions {
         if let Some(clip) = &self.clip {
             shot.clip = clip.clone();
         }
+        shot.speed = self.speed.unwrap_or(shot.speed);
+        shot.repeat = self.repeat.unwrap_or(shot.repeat);
+        shot.layers.extend(self.layer.iter().map(|LayerOption(layer)| layer.clone()));
         if self.hold {
             shot.hold = Some(self.time.or(shot.hold).unwrap_or(0.0));
         } else if self.time.is_some() {

@@ -5,11 +5,9 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::Args;
 use glam::DVec3;
-use murano_animation::{
-    Bounds, Deformed, Geometry, LoopMode, Pose, clip_time, deform_f64, shown_primitives, write_ply,
-};
+use murano_animation::{Bounds, Deformed, Geometry, Layer, Pose, clip_time, deform_f64, shown_primitives, write_ply};
 use murano_render::{Renderer, World, find_clip};
-use murano_scene::{ClipChoice, Scene};
+use murano_scene::{ClipChoice, LoopMode, Scene};
 use serde_json::json;
 
 use crate::{
@@ -64,11 +62,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     scene.materials.iter_mut().for_each(|material| material.transmission = 0.0);
     let geometry = Geometry::build(&scene, &shown_primitives(&scene))?;
     let duration = clip.map_or(0.0, |clip| scene.clips[clip].duration);
-    let pose = Pose::sample(&scene, clip, clip_time(LoopMode::Loop, arguments.time, duration));
+    let playing = Layer::alone(clip, clip_time(LoopMode::Loop, arguments.time, duration));
+    let pose = Pose::sample(&scene, &playing);
     let truth = deform_f64(&geometry, &scene, &pose);
     let triangles = geometry.oriented_triangles(&pose);
 
-    let (body, difference) = match arguments.deform_on_gpu(scene, clip) {
+    let (body, difference) = match arguments.deform_on_gpu(scene, &playing) {
         Ok((body, adapter)) => {
             let difference = compare(&body.positions, &truth, adapter)?;
             (if arguments.cpu { truth } else { body }, Some(difference))
@@ -88,12 +87,12 @@ pub fn run(arguments: &Arguments) -> Result<()> {
 
 impl Arguments {
     /// Every vertex as the GPU deforms it, and the adapter that did.
-    fn deform_on_gpu(&self, scene: Scene, clip: Option<usize>) -> Result<(Deformed, String)> {
+    fn deform_on_gpu(&self, scene: Scene, playing: &[Layer]) -> Result<(Deformed, String)> {
         let gpu = self.adapter.open()?;
         let adapter = gpu.adapter_name();
         let mut renderer = Renderer::new(gpu, World { scene, environment: None, floor: None })?;
         let mut body = Deformed::default();
-        for mesh in renderer.deform(clip, self.time)? {
+        for mesh in renderer.deform(playing)? {
             body.positions.extend(mesh.positions);
             body.normals.extend(mesh.normals);
         }

@@ -168,7 +168,12 @@ pub fn size(text: &str) -> Result<[u32; 2], String> {
 
 /// A clip: a number is an index, anything else a name.
 pub fn clip() -> impl TypedValueParser<Value = ClipChoice> {
-    StringValueParser::new().map(|text| text.parse().map_or_else(|_| ClipChoice::Name(text), ClipChoice::Index))
+    StringValueParser::new().map(|text| clip_choice(&text))
+}
+
+/// A clip by its number or name.
+pub fn clip_choice(text: &str) -> ClipChoice {
+    text.parse().map_or_else(|_| ClipChoice::Name(text.to_owned()), ClipChoice::Index)
 }
 
 /// An environment: a file, or `none`.

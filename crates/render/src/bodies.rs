@@ -51,8 +51,7 @@ impl Body {
     /// How much larger a body that no joint and no morph target deforms is than in its rest pose; `None` for others.
     pub(crate) fn rigid_scale(&self, scene: &Scene, pose: &Pose) -> Option<f64> {
         let first = self.geometry.instances.first()?;
-        let follows_node =
-            |instance: &Instance| scene.nodes[instance.node].skin.is_none() && instance.weights.is_empty();
+        let follows_node = |instance: &Instance| scene.nodes[instance.node].skin.is_none() && instance.targets == 0;
         let rigid =
             self.geometry.instances.iter().all(|instance| instance.node == first.node && follows_node(instance));
         let volume = |pose: &Pose| pose.world_from_node[first.node].determinant().abs();

@@ -57,7 +57,7 @@ impl MaterialTable {
         for material in scene.materials.iter().chain([&default]) {
             let row = MaterialRow {
                 base_color: material.base_color.to_array(),
-                emissive: material.emissive.to_array(),
+                emissive: (material.emissive * material.emissive_strength).to_array(),
                 metallic: material.metallic,
                 roughness: material.roughness,
                 normal_scale: material.normal_scale,

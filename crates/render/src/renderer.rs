@@ -1,7 +1,7 @@
 //! The renderer: a world made ready for a device, and the frames it is asked for.
 
 use glam::{DVec3, DVec4};
-use murano_animation::{Geometry, GeometryError, LoopMode, Pose, clip_time};
+use murano_animation::{Geometry, GeometryError, Layer, Rig};
 use murano_caustics::level_texels;
 use murano_gpu::{Executed, Gpu, GpuError, Work};
 use murano_refraction::texels;
@@ -39,6 +39,7 @@ const MOST_PHOTONS: u32 = 8192;
 pub struct Renderer {
     gpu: Gpu,
     world: World,
+    rig: Rig,
     sorted: Sorted,
     distant: Distant,
     fade_centre: DVec3,
@@ -66,7 +67,8 @@ impl Renderer {
         let sorted = bodies::sort(&world.scene, material.zip(floor.as_ref()))?;
         let fade_centre = floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
         let distant = Distant::new(world.environment.as_ref());
-        Ok(Self { gpu, world, sorted, distant, fade_centre, history: History::new() })
+        let rig = Rig::new(&world.scene);
+        Ok(Self { gpu, world, rig, sorted, distant, fade_centre, history: History::new() })
     }
 
     /// The world, with the floor as a node of its scene.
@@ -95,18 +97,13 @@ impl Renderer {
         }
     }
 
-    fn pose(&self, clip: Option<usize>, time: f64) -> Pose {
-        let duration = clip.and_then(|clip| self.world.scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
-        Pose::sample(&self.world.scene, clip, clip_time(LoopMode::Loop, time, duration))
-    }
-
     /// Renders one frame. Equal requests give equal bits, whatever was rendered before.
     ///
     /// # Errors
     /// [`RenderError`]: an impossible request, or the device.
     pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
         check(request, &self.world)?;
-        let pose = self.pose(request.clip, request.time);
+        let pose = self.rig.pose(&request.playing);
         let planned = frame::plan(&self.stock(), &pose, request)?;
         let mut targets = vec![planned.picture];
         if request.aov {
@@ -131,8 +128,8 @@ impl Renderer {
     ///
     /// # Errors
     /// [`RenderError::Gpu`] of the device.
-    pub fn deform(&mut self, clip: Option<usize>, time: f64) -> Result<Vec<DeformedMesh>, RenderError> {
-        let pose = self.pose(clip, time);
+    pub fn deform(&mut self, playing: &[Layer]) -> Result<Vec<DeformedMesh>, RenderError> {
+        let pose = self.rig.pose(playing);
         let mut plan: Plan<Work> = Plan::new();
         let all = self.sorted.bodies.iter().map(|body| (&body.geometry, &body.leaves));
         let all = all.chain([(&self.sorted.opaque.geometry, &self.sorted.opaque.leaves)]);
@@ -163,7 +160,7 @@ impl Renderer {
     /// As [`Renderer::render`].
     pub fn caustic_accounts(&mut self, request: &FrameRequest) -> Result<Vec<CausticAccount>, RenderError> {
         check(request, &self.world)?;
-        let pose = self.pose(request.clip, request.time);
+        let pose = self.rig.pose(&request.playing);
         let planned = frame::plan(&self.stock(), &pose, request)?;
         let targets: Vec<Output> = planned
             .accounts
@@ -228,14 +225,14 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
     if request.size.contains(&0) {
         return wrong(format!("a picture of {}x{} pixels is empty", request.size[0], request.size[1]));
     }
-    if let Some(clip) = request.clip
-        && clip >= world.scene.clips.len()
-    {
-        return wrong(format!("there is no clip {clip}; the model has {}", world.scene.clips.len()));
+    let clips = world.scene.clips.len();
+    if let Some(layer) = request.playing.iter().find(|layer| layer.clip >= clips) {
+        return wrong(format!("there is no clip {}; the model has {clips}", layer.clip));
     }
     let ahead = request.view.near > 0.0;
-    if !request.time.is_finite() || !request.view.world_from_view.is_finite() || !ahead {
-        return wrong("time and camera must be finite, and the near distance positive".into());
+    let timely = request.playing.iter().all(|layer| layer.time.is_finite() && layer.weight.is_finite());
+    if !timely || !request.view.world_from_view.is_finite() || !ahead {
+        return wrong("times, weights and the camera must be finite, and the near distance positive".into());
     }
     let sound_projection = match request.view.projection {
         Projection::Perspective { yfov } => yfov > 0.0 && yfov < std::f64::consts::PI,

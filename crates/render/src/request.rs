@@ -1,6 +1,7 @@
 //! What a frame is asked for and what comes back.
 
 use glam::{DMat4, DVec3};
+use murano_animation::Layer;
 use murano_caustics::Caustics;
 use murano_refraction::Refraction;
 use murano_scene::{Environment, PlacedLight, Projection, Scene, look_along};
@@ -67,10 +68,8 @@ pub enum ToneMap {
 /// One frame, complete: equal requests give equal pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameRequest {
-    /// Clip played, an index into `Scene::clips`; `None` for the rest pose.
-    pub clip: Option<usize>,
-    /// Time in the clip, seconds; outside the clip it wraps around (loop).
-    pub time: f64,
+    /// What plays, laid over the rest pose in order.
+    pub playing: Vec<Layer>,
     /// Width and height in pixels, each at least 1.
     pub size: [u32; 2],
     /// The eye.
@@ -89,6 +88,13 @@ pub struct FrameRequest {
     pub aov: bool,
     /// Caching.
     pub skipping: Skipping,
+}
+
+impl FrameRequest {
+    /// Time in the clip that everything else is laid over, seconds; 0 where nothing plays.
+    pub fn time(&self) -> f64 {
+        self.playing.first().map_or(0.0, |layer| layer.time)
+    }
 }
 
 /// What became of one pass.

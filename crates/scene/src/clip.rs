@@ -1,6 +1,6 @@
 //! Animation clips as stored: samplers and the node properties they drive.
 
-use crate::NodeIndex;
+use crate::{NodeIndex, PropertyChannel};
 
 /// How values between keys come about (glTF 2.0, appendix C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,12 +52,14 @@ pub struct Channel {
 }
 
 /// A named set of channels played together.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Clip {
     /// Name in the file, or empty.
     pub name: String,
     /// Channels; no two drive the same property of the same node.
     pub channels: Vec<Channel>,
+    /// Channels of what is no node's transform or list of weights; no two drive the same property.
+    pub properties: Vec<PropertyChannel>,
     /// Time of the last key over all channels, seconds.
     pub duration: f64,
 }

@@ -11,6 +11,7 @@ mod import;
 mod light;
 mod material;
 mod mesh;
+mod property;
 mod shot;
 mod variant;
 
@@ -22,8 +23,9 @@ pub use import::{ImportError, ImportProblem, ImportReport, import, import_bytes}
 pub use light::{Light, LightKind, PlacedLight};
 pub use material::{AlphaMode, Image, Material, TextureRef, Wrap};
 pub use mesh::{Mesh, MorphTarget, Primitive};
+pub use property::{CameraProperty, LightProperty, MaterialProperty, Property, PropertyChannel, TextureSlot};
 pub use shot::{
-    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotCamera, ShotError, ShotFloor,
-    ShotGlass, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
+    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotCamera, ShotError,
+    ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
 };
 pub use variant::VariantError;

@@ -75,8 +75,10 @@ pub struct Material {
     pub normal_texture: Option<TextureRef>,
     /// Scale of the normal texture's xy.
     pub normal_scale: f32,
-    /// Emitted radiance factor, linear RGB.
+    /// Emitted radiance factor, linear RGB, before `emissive_strength`.
     pub emissive: Vec3,
+    /// KHR_materials_emissive_strength: factor on `emissive`.
+    pub emissive_strength: f32,
     /// sRGB emissive.
     pub emissive_texture: Option<TextureRef>,
     /// Alpha handling.
@@ -111,6 +113,7 @@ impl Default for Material {
             normal_texture: None,
             normal_scale: 1.0,
             emissive: Vec3::ZERO,
+            emissive_strength: 1.0,
             emissive_texture: None,
             alpha: AlphaMode::Opaque,
             double_sided: false,

@@ -166,7 +166,7 @@ fn channels_that_drive_nothing_are_dropped_with_a_warning() {
         { "node": 0, "path": "weights" },
         { "node": 0, "path": "colour" },
         { "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": "/nodes/0/scale" } } },
-        { "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": "/materials/0/emissiveFactor" } } },
+        { "path": "pointer", "extensions": { "KHR_animation_pointer": { "pointer": "/asset/generator" } } },
     ]);
     let model = animated(&targets, &[0.5, 2.5], "VEC3", &[0.0, 0.0, 0.0, 1.0, 2.0, 3.0]);
     let scene = model.import().expect("a sound model");
@@ -176,6 +176,79 @@ fn channels_that_drive_nothing_are_dropped_with_a_warning() {
     assert_eq!(scene.report.warnings.len(), 5);
     assert_eq!(clip.duration, 2.5);
     assert_eq!(clip.channels[0].sampler.interpolation, Interpolation::Linear);
+}
+
+/// One channel a pointer, each with a curve of the numbers it needs.
+fn pointed(pointers: &[(&str, &str, &[f32])]) -> Model {
+    let mut model = Model::triangle();
+    model.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }, { "POSITION": 0 }]);
+    model.json["materials"] = json!([{ "alphaMode": "MASK" }, {}]);
+    model.json["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
+    model.json["extensions"] =
+        json!({ "KHR_lights_punctual": { "lights": [{ "type": "spot", "spot": { "outerConeAngle": 0.5 } }] } });
+    let input = model.floats("SCALAR", &[0.0, 1.0]);
+    let (mut channels, mut samplers) = (Vec::new(), Vec::new());
+    for (pointer, kind, values) in pointers {
+        let output = model.floats(kind, values);
+        let extensions = json!({ "KHR_animation_pointer": { "pointer": pointer } });
+        channels.push(json!({ "sampler": samplers.len(), "target": { "path": "pointer", "extensions": extensions } }));
+        samplers.push(json!({ "input": input, "output": output }));
+    }
+    model.json["animations"] = json!([{ "channels": channels, "samplers": samplers }]);
+    model
+}
+
+#[test]
+fn pointers_reach_materials_lights_cameras_and_weights() {
+    use murano_scene::{CameraProperty, LightProperty, MaterialProperty as M, Property, TextureSlot};
+    let glass = "/materials/1/extensions/KHR_materials_";
+    let scene = pointed(&[
+        (&format!("{glass}ior/ior"), "SCALAR", &[1.0, 2.0]),
+        (&format!("{glass}volume/attenuationColor"), "VEC3", &[0.0; 6]),
+        ("/materials/0/pbrMetallicRoughness/baseColorFactor", "VEC4", &[0.0; 8]),
+        ("/materials/0/alphaCutoff", "SCALAR", &[0.0; 2]),
+        ("/materials/0/normalTexture/extensions/KHR_texture_transform/offset", "VEC2", &[0.0; 4]),
+        ("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle", "SCALAR", &[0.0; 2]),
+        ("/cameras/0/perspective/yfov", "SCALAR", &[0.0; 2]),
+        ("/nodes/0/weights/1", "SCALAR", &[0.0; 2]),
+        ("/meshes/0/weights/0", "SCALAR", &[0.0; 2]),
+        ("/meshes/0/weights", "SCALAR", &[0.0; 4]),
+    ])
+    .import()
+    .expect("a sound model");
+    let driven: Vec<_> = scene.clips[0].properties.iter().map(|channel| channel.property).collect();
+    assert_eq!(
+        driven,
+        [
+            Property::Material(1, M::Ior),
+            Property::Material(1, M::AttenuationColor),
+            Property::Material(0, M::BaseColor),
+            Property::Material(0, M::AlphaCutoff),
+            Property::Material(0, M::TextureOffset(TextureSlot::Normal)),
+            Property::Light(0, LightProperty::OuterCone),
+            Property::Camera(0, CameraProperty::FieldOfView),
+            Property::Weight(0, 1),
+            Property::Weight(0, 0),
+        ]
+    );
+    assert_eq!(scene.clips[0].properties[0].sampler.values, [1.0, 2.0]);
+    let weights: Vec<_> = scene.clips[0].channels.iter().map(|channel| (channel.node, channel.path)).collect();
+    assert_eq!(weights, [(0, Path::Weights)]);
+    assert_eq!(scene.report.warnings, Vec::<String>::new());
+    assert_eq!(scene.clips[0].duration, 1.0);
+}
+
+#[test]
+fn pointers_to_nothing_are_dropped_or_refused() {
+    for pointer in ["", "materials/0/alphaCutoff", "/materials/x/alphaCutoff", "/materials/0", "/nodes/0/weights/9"] {
+        let scene = pointed(&[(pointer, "SCALAR", &[0.0; 2])]).import().expect("a sound model");
+        assert!(scene.clips[0].properties.is_empty(), "{pointer}");
+        assert_eq!(scene.report.warnings.len(), 1, "{pointer}");
+    }
+    for pointer in ["/materials/9/alphaCutoff", "/nodes/9/scale", "/cameras/1/perspective/yfov"] {
+        let error = pointed(&[(pointer, "SCALAR", &[0.0; 2])]).import().expect_err(pointer).to_string();
+        assert!(error.contains(pointer), "{error}");
+    }
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use murano_scene::{
-    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, Shot, ShotCamera, ShotError, ShotFloor,
-    ShotGlass, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
+    Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotCamera, ShotError,
+    ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
 };
 
 fn load(text: &str) -> Result<Shot, ShotError> {
@@ -56,6 +56,19 @@ fn every_field_survives_writing_and_reading() {
     let shot = Shot {
         model: "fish.glb".into(),
         clip: ClipChoice::Name("swim".into()),
+        speed: -0.5,
+        repeat: LoopMode::PingPong,
+        layers: vec![ShotLayer {
+            clip: ClipChoice::Index(1),
+            speed: 2.0,
+            repeat: LoopMode::Clamp,
+            weight: 0.75,
+            from: 1.0,
+            until: Some(3.0),
+            fade: 0.5,
+            add: true,
+            mask: vec!["tail".into()],
+        }],
         hold: Some(0.25),
         camera: ShotCamera {
             eye: Some([1.0, 2.0, 3.0]),
@@ -149,4 +162,20 @@ fn lights_orbit_their_centre() {
     let (position, direction) = light.at(2.0, DVec3::ZERO, DVec3::new(-2.0, -3.0, 0.0), DVec3::X);
     assert!(position.abs_diff_eq(DVec3::new(1.0, 3.0, -1.0), 1e-12), "{position}");
     assert!((direction.length() - 1.0).abs() < 1e-12 && direction.z > 0.0);
+}
+
+#[test]
+fn a_layer_fades_in_and_out() {
+    let layer = ShotLayer { weight: 0.5, from: 1.0, until: Some(4.0), fade: 1.0, ..ShotLayer::default() };
+    assert_eq!([0.0, 1.0, 1.5, 2.0, 3.0, 3.5, 4.0].map(|t| layer.weight_at(t)), [0.0, 0.0, 0.25, 0.5, 0.5, 0.25, 0.0]);
+    let hard = ShotLayer { from: 1.0, until: Some(2.0), ..ShotLayer::default() };
+    assert_eq!([0.99, 1.0, 1.99, 2.0].map(|t| hard.weight_at(t)), [0.0, 1.0, 1.0, 0.0]);
+}
+
+#[test]
+fn layers_are_checked() {
+    for (layer, field) in [("until: 0.0", "until"), ("fade: -1.0", "fade"), ("speed: inf", "speed")] {
+        let error = load(&format!("(model: \"a.glb\", layers: [({layer})])")).expect_err(layer).to_string();
+        assert!(error.contains(&format!("layers[0].{field}")), "{error}");
+    }
 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use murano_scene::{Interpolation, Local, Path as Property, Scene, import};
+use murano_scene::{Interpolation, Local, LoopMode, Path as Property, Scene, import};
 
 use super::{deform, deform_packed};
-use crate::{Bounds, Deformed, Geometry, LoopMode, Pose, clip_time, deform_f64, shown_primitives};
+use crate::{Bounds, Deformed, Geometry, Layer, Pose, Rig, clip_time, deform_f64, shown_primitives};
 
 /// Times at which each clip is looked at.
 const SAMPLES: u32 = 20;
@@ -56,15 +56,17 @@ fn load(folder: &Path, file: &str) -> Scene {
     import(&folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
-/// Every clip at [`SAMPLES`] times over the whole of it, or the rest pose where there is no clip.
-fn poses(scene: &Scene) -> impl Iterator<Item = (String, Pose)> {
+/// The rest pose and every clip at [`SAMPLES`] times over the whole of it: in f64, and as a rig poses it.
+fn poses(scene: &Scene) -> impl Iterator<Item = (String, [Pose; 2])> {
+    let rig = Rig::new(scene);
+    let of = move |playing: &[Layer]| [Pose::sample(scene, playing), rig.pose(playing)];
+    let rest = of(&[]);
     let clips = (0..scene.clips.len()).flat_map(move |clip| {
-        (0..SAMPLES).map(move |sample| {
-            let time = scene.clips[clip].duration * f64::from(sample) / f64::from(SAMPLES - 1);
-            (format!("clip {clip} at {time} s"), Pose::sample(scene, Some(clip), time))
-        })
+        let time = move |sample: u32| scene.clips[clip].duration * f64::from(sample) / f64::from(SAMPLES - 1);
+        (0..SAMPLES).map(move |sample| (clip, time(sample)))
     });
-    std::iter::once(("rest".to_string(), Pose::rest(scene))).chain(clips)
+    let posed = clips.map(move |(clip, time)| (format!("clip {clip} at {time} s"), of(&[Layer::new(clip, time)])));
+    std::iter::once(("rest".to_string(), rest)).chain(posed)
 }
 
 /// What must hold of a deformed body in any pose; returns the largest difference of the packed arrays, in diameters.
@@ -90,9 +92,9 @@ fn check_files<'a>(files: impl IntoIterator<Item = &'a str>) {
         let scene = load(&folder, file);
         let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap();
         let mut worst = 0.0f64;
-        for (when, pose) in poses(&scene) {
-            let truth = deform_f64(&geometry, &scene, &pose);
-            worst = worst.max(check(&format!("{file}, {when}"), &geometry, &pose, &truth));
+        for (when, [exact, posed]) in poses(&scene) {
+            let truth = deform_f64(&geometry, &scene, &exact);
+            worst = worst.max(check(&format!("{file}, {when}"), &geometry, &posed, &truth));
         }
         eprintln!("{file}: {} vertices, packed within {worst:.1e} of the diameter", geometry.vertices.len());
     }
@@ -141,7 +143,7 @@ fn at_a_key_the_pose_has_the_key() {
                 continue;
             };
             for &time in longest.sampler.times.iter().step_by(7) {
-                let pose = Pose::sample(&scene, Some(clip_index), f64::from(time));
+                let pose = Pose::sample(&scene, &Layer::alone(Some(clip_index), f64::from(time)));
                 for channel in &clip.channels {
                     let sampler = &channel.sampler;
                     let Some(key) = sampler.times.iter().position(|&other| other == time) else { continue };
@@ -179,7 +181,7 @@ fn a_step_clip_jumps_and_a_linear_one_glides() {
     for (index, clip) in scene.clips.iter().enumerate() {
         let sampler = &clip.channels[0].sampler;
         let node = clip.channels[0].node;
-        let local = |time: f64| Pose::sample(&scene, Some(index), time).locals[node].matrix();
+        let local = |time: f64| Pose::sample(&scene, &Layer::alone(Some(index), time)).locals[node].matrix();
         let [first, second] = [sampler.times[0], sampler.times[1]].map(f64::from);
         let moved = !local(first).abs_diff_eq(local(0.5 * (first + second)), 1e-9);
         assert_eq!(moved, sampler.interpolation != Interpolation::Step, "clip {index} {:?}", clip.name);
@@ -192,7 +194,7 @@ fn known_bodies_have_their_known_sizes() {
     let bounds_of = |file: &str, clip: Option<usize>, time: f64| {
         let scene = load(&folder, file);
         let time = clip.map_or(0.0, |clip| clip_time(LoopMode::Loop, time, scene.clips[clip].duration));
-        deform(&scene, &Pose::sample(&scene, clip, time)).1.bounds()
+        deform(&scene, &Pose::sample(&scene, &Layer::alone(clip, time))).1.bounds()
     };
     let size = |bounds: Bounds| bounds.max - bounds.min;
     for time in [0.0, 0.3, 0.6] {

@@ -1,7 +1,9 @@
 //! Tests of poses and deformation as a whole, on scenes made by hand and on model files.
 
 mod corpus;
+mod crowds;
 mod deformation;
+mod layers;
 mod packed;
 mod posing;
 
@@ -83,12 +85,19 @@ fn assert_near(actual: DVec3, expected: [f64; 3]) {
 /// The packed arrays as the GPU evaluates them, in f32, brought back to world space.
 fn deform_packed(geometry: &Geometry, pose: &Pose, origin: DVec3) -> Vec<DVec3> {
     let palette = geometry.palette(pose, origin);
-    let weights = geometry.morph_weights(pose);
+    let (mut targets, mut ranges) = (Vec::new(), Vec::new());
+    geometry.push_active_targets(pose, &mut targets, &mut ranges);
     let span = |offsets: &[u32], vertex: usize| offsets[vertex] as usize..offsets[vertex + 1] as usize;
     let vertex_at = |vertex: usize| {
         let mut rest = Vec3::from_array(geometry.vertices[vertex].position);
-        for delta in &geometry.morphs[span(&geometry.morph_offsets, vertex)] {
-            rest += weights[delta.weight as usize] * Vec3::from_array(delta.position);
+        let range = ranges[geometry.vertices[vertex].instance as usize];
+        let (word, bit) = ((vertex as u32 - range.vertex) / 32, 1u32 << ((vertex as u32 - range.vertex) % 32));
+        for target in &targets[range.start as usize..range.end as usize] {
+            let word = geometry.morph_words[(target.word + word) as usize];
+            if word.moved & bit != 0 {
+                let index = word.first + (word.moved & (bit - 1)).count_ones();
+                rest += target.weight * Vec3::from_slice(&geometry.displacements[index as usize]);
+            }
         }
         let mut posed = Vec3::ZERO;
         for influence in &geometry.influences[span(&geometry.influence_offsets, vertex)] {

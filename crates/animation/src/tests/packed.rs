@@ -6,7 +6,7 @@ use glam::{DMat4, DQuat, DVec3, Vec3};
 use murano_scene::{Local, MorphTarget, Primitive, Scene, Transform};
 
 use super::{bind, deform, deform_packed, hang, node, primitive, scene_of, translated};
-use crate::{Geometry, GeometryError, Influence, MorphDelta, Pose, RestVertex, shown_primitives};
+use crate::{Geometry, GeometryError, Influence, Pose, RestVertex, shown_primitives};
 
 /// A deterministic number in 0..1 for an index and a lane.
 fn noise(index: usize, lane: usize) -> f32 {
@@ -65,7 +65,6 @@ fn records_are_laid_out_as_wgsl_reads_them() {
     );
     assert_eq!(offset_of!(RestVertex, corner), 28);
     assert_eq!((size_of::<Influence>(), offset_of!(Influence, weight)), (8, 4));
-    assert_eq!((size_of::<MorphDelta>(), offset_of!(MorphDelta, weight), offset_of!(MorphDelta, normal)), (32, 12, 16));
 }
 
 #[test]
@@ -109,10 +108,12 @@ fn instances_partition_the_arrays() {
     let [rigid, skinned] = &geometry.instances[..] else { panic!("two instances") };
     assert_eq!((rigid.vertices.clone(), skinned.vertices.clone()), (0..300, 300..600));
     assert_eq!((rigid.palette.clone(), skinned.palette.clone()), (0..1, 1..5));
-    assert_eq!((rigid.weights.clone(), skinned.weights.clone()), (0..2, 2..4));
-    assert_eq!(geometry.morph_weights(&pose), [0.7, -0.4, -0.3, 1.2]);
+    assert_eq!((rigid.targets, skinned.targets), (2, 2));
+    assert_eq!((rigid.morph_words, skinned.morph_words), (0, 20));
     assert_eq!(geometry.palette_len(), geometry.palette(&pose, DVec3::ZERO).len());
-    assert!(geometry.morphs.iter().all(|delta| delta.position != [0.0; 3] && delta.weight < 4));
+    // Every third vertex stays where it is.
+    assert_eq!(geometry.displacements.len(), 4 * 200);
+    assert!(geometry.displacements.iter().all(|displacement| displacement[..3] != [0.0; 3]));
     let last = geometry.vertices.last().unwrap();
     assert_eq!((last.instance, geometry.triangle_instances.last()), (1, Some(&1)));
     assert!(geometry.triangles[100..].iter().flatten().all(|index| skinned.vertices.contains(index)));
@@ -121,6 +122,23 @@ fn instances_partition_the_arrays() {
         geometry.influences[span].iter().map(|influence| influence.weight).sum::<f32>()
     };
     assert!((0..600).all(|vertex| (total(vertex) - 1.0).abs() < 1e-6));
+}
+
+#[test]
+fn targets_at_weight_0_are_left_out() {
+    let (scene, mut pose) = crowd(DVec3::ZERO, Vec3::ZERO);
+    let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap();
+    let active = |pose: &Pose| {
+        let (mut targets, mut ranges) = (Vec::new(), Vec::new());
+        geometry.push_active_targets(pose, &mut targets, &mut ranges);
+        let ranges: Vec<_> = ranges.iter().map(|range| (range.vertex, range.start, range.end)).collect();
+        (targets.iter().map(|target| (target.word, target.weight)).collect::<Vec<_>>(), ranges)
+    };
+    let all = vec![(0, 0.7), (10, -0.4), (20, -0.3), (30, 1.2)];
+    assert_eq!(active(&pose), (all, vec![(0, 0, 2), (300, 2, 4)]));
+    pose.weights[5] = vec![0.0, 0.5];
+    pose.weights[6] = vec![0.0, 0.0];
+    assert_eq!(active(&pose), (vec![(10, 0.5)], vec![(0, 0, 1), (300, 1, 1)]));
 }
 
 #[test]

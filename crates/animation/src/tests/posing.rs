@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use murano_scene::{Channel, Clip, Interpolation, Local, Path, Sampler};
 
 use super::{assert_near, hang, node, primitive, quarter_turn, scene_of, translated};
-use crate::Pose;
+use crate::{Layer, Pose};
 
 fn channel(node: usize, path: Path, width: usize, times: &[f32], values: &[f32]) -> Channel {
     let sampler =
@@ -13,7 +13,7 @@ fn channel(node: usize, path: Path, width: usize, times: &[f32], values: &[f32])
 }
 
 fn clip(channels: Vec<Channel>) -> Clip {
-    Clip { name: "clip".into(), channels, duration: 1.0 }
+    Clip { name: "clip".into(), channels, duration: 1.0, ..Clip::default() }
 }
 
 #[test]
@@ -23,13 +23,13 @@ fn a_clip_changes_what_it_drives_and_nothing_else() {
     scene.clips.push(clip(vec![channel(0, Path::Rotation, 4, &[0.0, 1.0], &[0., 0., 0., 1., 0., 0., half, half])]));
     scene.clips.push(clip(vec![channel(1, Path::Scale, 3, &[0.0], &[2.0, 2.0, 2.0])]));
 
-    let turned = Pose::sample(&scene, Some(0), 1.0);
+    let turned = Pose::sample(&scene, &Layer::alone(Some(0), 1.0));
     assert!(turned.world_from_node[1].transform_point3(DVec3::ZERO).distance(DVec3::ZERO) < 1e-7);
     assert_eq!(turned.locals[1], translated(0.0, 1.0, 0.0));
-    let scaled = Pose::sample(&scene, Some(1), 0.0);
+    let scaled = Pose::sample(&scene, &Layer::alone(Some(1), 0.0));
     assert_near(scaled.world_from_node[1].transform_point3(DVec3::X), [3.0, 1.0, 0.0]);
-    assert_eq!(Pose::sample(&scene, None, 1.0), Pose::rest(&scene));
-    assert_eq!(Pose::sample(&scene, Some(9), 1.0), Pose::rest(&scene));
+    assert_eq!(Pose::sample(&scene, &Layer::alone(None, 1.0)), Pose::rest(&scene));
+    assert_eq!(Pose::sample(&scene, &Layer::alone(Some(9), 1.0)), Pose::rest(&scene));
 }
 
 #[test]
@@ -39,7 +39,7 @@ fn weights_replace_those_of_the_rest_pose() {
     scene.nodes[0].weights = vec![0.25, 0.5];
     scene.clips.push(clip(vec![channel(0, Path::Weights, 2, &[0.0, 1.0], &[0.0, 1.0, 1.0, 0.0])]));
     assert_eq!(Pose::rest(&scene).weights[0], [0.25, 0.5]);
-    assert_eq!(Pose::sample(&scene, Some(0), 0.25).weights[0], [0.25, 0.75]);
+    assert_eq!(Pose::sample(&scene, &Layer::alone(Some(0), 0.25)).weights[0], [0.25, 0.75]);
 }
 
 #[test]
@@ -48,7 +48,7 @@ fn a_matrix_is_kept_with_its_shear_and_never_animated() {
     shear.y_axis.x = 0.5;
     let mut scene = scene_of(vec![node(None, Local::Matrix(shear)), node(Some(0), Local::Matrix(quarter_turn()))]);
     scene.clips.push(clip(vec![channel(0, Path::Translation, 3, &[0.0], &[9.0; 3])]));
-    let pose = Pose::sample(&scene, Some(0), 0.0);
+    let pose = Pose::sample(&scene, &Layer::alone(Some(0), 0.0));
     assert_near(pose.world_from_node[1].transform_point3(DVec3::X), [0.5, 1.0, 0.0]);
 }
 
@@ -61,7 +61,7 @@ fn channels_that_lead_nowhere_are_without_effect() {
         channel(0, Path::Rotation, 4, &[0.0], &[1.0]),
         channel(0, Path::Weights, 5, &[0.0], &[1.0; 5]),
     ]));
-    assert_eq!(Pose::sample(&scene, Some(0), 0.0), Pose::rest(&scene));
+    assert_eq!(Pose::sample(&scene, &Layer::alone(Some(0), 0.0)), Pose::rest(&scene));
 }
 
 #[test]

@@ -213,10 +213,10 @@ impl Export<'_> {
             let frame = self.renderer.render(&request).with_context(|| format!("frame {number}"))?;
             let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
             if self.arguments.explain {
-                progress.note(&report::explanation(number, request.time, cpu_ms, &frame));
+                progress.note(&report::explanation(number, request.time(), cpu_ms, &frame));
             }
             if self.arguments.json {
-                say_json(&FrameLine::new(number, request.time, cpu_ms, &frame))?;
+                say_json(&FrameLine::new(number, request.time(), cpu_ms, &frame))?;
             }
             outputs.take(number, frame)?;
             progress.advance();

@@ -1,7 +1,7 @@
 //! One moment of a shot, on a device.
 
 use anyhow::{Context, Result};
-use murano_animation::{LoopMode, Pose, clip_time, shown_primitives};
+use murano_animation::{Pose, shown_primitives};
 use murano_gpu::Gpu;
 use murano_reference as reference;
 use murano_render::{Frame, FrameRequest, Renderer, Settings, Stage, World};
@@ -75,9 +75,7 @@ impl Subject {
 
     /// The pose that the frame shows.
     pub fn pose(&self) -> Pose {
-        let scene = &self.renderer.world().scene;
-        let duration = self.request.clip.and_then(|clip| scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
-        Pose::sample(scene, self.request.clip, clip_time(LoopMode::Loop, self.request.time, duration))
+        Pose::sample(&self.renderer.world().scene, &self.request.playing)
     }
 
     /// The posed scene for the reference tracer, deformed in f64.

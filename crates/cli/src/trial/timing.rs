@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use glam::DVec3;
+use murano_animation::Layer;
 use murano_metrics::spread::{Spread, spread};
 use murano_refraction::Refraction;
 use murano_render::{FrameRequest, Renderer, Skipping, ToneMap, View};
@@ -61,16 +62,10 @@ pub fn time_frames(renderer: &mut Renderer, request: &FrameRequest, runs: usize)
 ///
 /// # Errors
 /// The device's.
-pub fn time_deformation(
-    renderer: &mut Renderer,
-    clip: Option<usize>,
-    time: f64,
-    runs: usize,
-) -> Result<Option<Spread>> {
+pub fn time_deformation(renderer: &mut Renderer, playing: Vec<Layer>, runs: usize) -> Result<Option<Spread>> {
     // A picture of one pixel, so that little else is done.
     let request = FrameRequest {
-        clip,
-        time,
+        playing,
         size: [1, 1],
         view: View::look_at(DVec3::new(0.0, 0.0, 100.0), DVec3::ZERO, 0.1),
         lights: Vec::new(),

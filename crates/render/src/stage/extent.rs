@@ -1,11 +1,8 @@
 //! The room a body takes up over a clip.
 
 use glam::DVec3;
-use murano_animation::{Bounds, Geometry, GeometryError, Pose, deform_f64, shown_primitives};
+use murano_animation::{Bounds, Geometry, GeometryError, Layer, Pose, deform_f64, shown_primitives};
 use murano_scene::Scene;
-
-/// How often a clip is looked at to find what it sweeps.
-const SAMPLES: usize = 16;
 
 /// What everything that a scene shows sweeps over a clip.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,23 +16,15 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Deforms the scene in f64 at several times of the clip and measures the vertices. A scene that shows nothing, or a
-    /// single point, gets the radius 1.
-    ///
-    /// `held` is the only time looked at, seconds, where the pose does not change.
+    /// Deforms the scene in f64 at several moments and measures the vertices. A scene that shows nothing, or a single point,
+    /// gets the radius 1.
     ///
     /// # Errors
     /// [`GeometryError`] when the scene has more vertices than can be indexed.
-    pub fn measure(scene: &Scene, clip: Option<usize>, held: Option<f64>) -> Result<Self, GeometryError> {
+    pub fn measure(scene: &Scene, moments: &[Vec<Layer>]) -> Result<Self, GeometryError> {
         let geometry = Geometry::build(scene, &shown_primitives(scene))?;
-        let duration = clip.and_then(|clip| scene.clips.get(clip)).map_or(0.0, |clip| clip.duration);
-        let times: Vec<f64> = match held {
-            Some(time) => vec![time],
-            None if duration > 0.0 => (0..SAMPLES).map(|k| duration * k as f64 / SAMPLES as f64).collect(),
-            None => vec![0.0],
-        };
-        let vertices = |&time: &f64| deform_f64(&geometry, scene, &Pose::sample(scene, clip, time)).positions;
-        let swept: Vec<DVec3> = times.iter().flat_map(vertices).filter(|vertex| vertex.is_finite()).collect();
+        let vertices = |playing: &Vec<Layer>| deform_f64(&geometry, scene, &Pose::sample(scene, playing)).positions;
+        let swept: Vec<DVec3> = moments.iter().flat_map(vertices).filter(|vertex| vertex.is_finite()).collect();
         let bounds = Bounds::of(swept.iter().copied());
         let center = bounds.center();
         let radius = swept.iter().map(|vertex| vertex.distance(center)).fold(0.0, f64::max);

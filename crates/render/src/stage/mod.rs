@@ -4,11 +4,12 @@
 mod extent;
 mod framing;
 mod glass;
+mod playing;
 
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
-use murano_animation::{GeometryError, LoopMode, clip_time};
+use murano_animation::{GeometryError, Layer};
 use murano_caustics::Caustics;
 use murano_refraction::Refraction;
 use murano_scene::{
@@ -20,6 +21,7 @@ pub use extent::Extent;
 
 use crate::{Floor, FrameRequest, PlacedLight, Skipping, ToneMap, View, World};
 use framing::FramedLight;
+use playing::Playing;
 
 /// Environment of a shot that names none: the studio that comes with the program.
 const STUDIO: &[u8] = include_bytes!("../../../../assets/studio.hdr");
@@ -57,6 +59,16 @@ pub enum StageError {
         /// Name or index.
         wanted: String,
         /// The clips there are.
+        choices: String,
+    },
+    /// A node that a layer is to move does not exist.
+    #[error("{} has no node `{wanted}`; choose one of: {choices}", model.display())]
+    NoNode {
+        /// The model file.
+        model: PathBuf,
+        /// Name.
+        wanted: String,
+        /// The nodes there are.
         choices: String,
     },
     /// The material that is to be glass does not exist.
@@ -142,8 +154,7 @@ impl Default for Settings {
 #[derive(Clone, Debug)]
 pub struct Stage {
     shot: Shot,
-    clip: Option<usize>,
-    clip_duration: f64,
+    playing: Playing,
     extent: Extent,
     light: FramedLight,
 }
@@ -165,8 +176,9 @@ impl Stage {
             EnvironmentChoice::Absent => None,
             EnvironmentChoice::File(path) => Some(Environment::load(path)?),
         };
-        let clip = find_clip(&scene, &shot.clip, &shot.model)?;
-        let extent = Extent::measure(&scene, clip, shot.hold)
+        let playing = Playing::new(&shot, &scene)?;
+        let seconds = f64::from(frame_count(&shot, &playing)) / shot.output.fps;
+        let extent = Extent::measure(&scene, &playing.moments(seconds))
             .map_err(|source| StageError::Geometry { model: shot.model.clone(), source })?;
         let height = match shot.floor.level {
             FloorLevel::Auto => Some(extent.lowest),
@@ -180,8 +192,7 @@ impl Stage {
             albedo: shot.floor.albedo,
         });
         let light = FramedLight::new(&shot.light, &extent, height.unwrap_or(extent.lowest));
-        let clip_duration = clip.map_or(0.0, |clip| scene.clips[clip].duration);
-        Ok((World { scene, environment, floor }, Self { shot, clip, clip_duration, extent, light }))
+        Ok((World { scene, environment, floor }, Self { shot, playing, extent, light }))
     }
 
     /// The shot as it stands.
@@ -191,7 +202,12 @@ impl Stage {
 
     /// The clip that plays, an index into the scene's clips; `None` for the rest pose.
     pub fn clip(&self) -> Option<usize> {
-        self.clip
+        self.playing.clip()
+    }
+
+    /// What plays at a moment, seconds after the shot's beginning; the shot's own clip begins at its time `start`.
+    pub fn playing(&self, elapsed: f64, start: f64) -> Vec<Layer> {
+        self.playing.at(elapsed, start)
     }
 
     /// What the body sweeps over the clip.
@@ -201,8 +217,7 @@ impl Stage {
 
     /// Frames of the shot: as it says, else its clip once, else one.
     pub fn frame_count(&self) -> u32 {
-        let once = (self.clip_duration * self.shot.output.fps).round().max(1.0) as u32;
-        self.shot.output.frames.unwrap_or(once)
+        frame_count(&self.shot, &self.playing)
     }
 
     /// The camera at a moment, seconds after the shot's beginning.
@@ -233,10 +248,8 @@ impl Stage {
     /// The frame at a moment, seconds after the shot's beginning: `n / fps` for frame n.
     pub fn request(&self, elapsed: f64, settings: &Settings) -> FrameRequest {
         let aim = self.camera(elapsed);
-        let playing = clip_time(LoopMode::Loop, settings.start + elapsed, self.clip_duration);
         FrameRequest {
-            clip: self.clip,
-            time: self.shot.hold.unwrap_or(playing),
+            playing: self.playing.at(elapsed, settings.start),
             size: self.shot.output.size,
             view: View::look_at(aim.eye, aim.target, aim.fov.to_radians()),
             lights: vec![self.placed_light(elapsed)],
@@ -252,6 +265,12 @@ impl Stage {
             skipping: settings.skipping,
         }
     }
+}
+
+/// Frames of a shot: as it says, else one round of its clip, else one.
+fn frame_count(shot: &Shot, playing: &Playing) -> u32 {
+    let once = (playing.round() * shot.output.fps).round().max(1.0) as u32;
+    shot.output.frames.unwrap_or(once)
 }
 
 #[cfg(test)]

@@ -7,7 +7,10 @@ use serde::Deserialize;
 use super::accessors::{Accessors, Integers};
 use super::document::{self, Document, extension, get, label};
 use super::error::ImportProblem;
-use crate::{Channel, Clip, Interpolation, Local, Node, NodeIndex, Path, Sampler, Transform};
+use super::pointers::{self, Target, node_path};
+use crate::{
+    Channel, Clip, Interpolation, Local, Node, NodeIndex, Path, Property, PropertyChannel, Sampler, Transform,
+};
 
 /// How far a matrix may be from its translation, rotation and scale, relative to its largest element.
 const DECOMPOSITION_TOLERANCE: f64 = 1e-5;
@@ -42,111 +45,137 @@ fn import_clip(
     nodes: &mut [Node],
     warnings: &mut Vec<String>,
 ) -> Result<Clip, ImportProblem> {
-    let mut channels: Vec<Channel> = Vec::with_capacity(animation.channels.len());
+    let mut clip = Clip { name: animation.name.clone().unwrap_or_default(), ..Clip::default() };
     let mut driven = HashSet::new();
     for (index, channel) in animation.channels.iter().enumerate() {
         let at = format!("{clip_label}.channels[{index}]");
         let sampler = get(&animation.samplers, channel.sampler, "samplers", &at)?;
+        let mut reader = ChannelReader { document, accessors, nodes, warnings, source: sampler, at: &at };
         let imported = match target(document, &channel.target, &at)? {
-            Ok((node, path)) if driven.contains(&(node, path)) => {
-                Err(format!("an earlier channel drives the same property of {}", document.node_label(node)))
-            }
-            Ok((node, path)) => import_channel(accessors, sampler, node, path, nodes, &at, warnings)?,
+            Ok(target) if driven.contains(&target) => Err("an earlier channel drives the same property".to_owned()),
+            Ok(target) => reader.read(target, &mut clip)?.map(|()| driven.insert(target)).map(|_| ()),
             Err(reason) => Err(reason),
         };
-        match imported {
-            Ok(channel) => {
-                driven.insert((channel.node, channel.path));
-                channels.push(channel);
-            }
-            Err(reason) => warnings.push(format!("{at} dropped: {reason}")),
+        if let Err(reason) = imported {
+            warnings.push(format!("{at} dropped: {reason}"));
         }
     }
-    let last_keys = channels.iter().filter_map(|channel| channel.sampler.times.last());
-    let duration = last_keys.fold(0.0, |duration: f64, &time| duration.max(f64::from(time)));
-    Ok(Clip { name: animation.name.clone().unwrap_or_default(), channels, duration })
+    let samplers = clip.channels.iter().map(|channel| &channel.sampler);
+    let samplers = samplers.chain(clip.properties.iter().map(|channel| &channel.sampler));
+    let last_keys = samplers.filter_map(|sampler| sampler.times.last());
+    clip.duration = last_keys.fold(0.0, |duration: f64, &time| duration.max(f64::from(time)));
+    Ok(clip)
 }
 
-/// The node and property a channel drives, or why it drives none.
+/// What a channel drives, or why it drives nothing.
 fn target(
     document: &Document,
     target: &document::ChannelTarget,
     at: &str,
-) -> Result<Result<(NodeIndex, Path), String>, ImportProblem> {
+) -> Result<Result<Target, String>, ImportProblem> {
     if let Some(Pointer { pointer }) = extension(&target.extensions, "KHR_animation_pointer", at)? {
-        let Some((node, property)) = node_pointer(&pointer) else {
-            return Ok(Err(format!("the pointer {pointer} is not to a node's transform or weights")));
-        };
-        get(&document.nodes, node, "nodes", &format!("{at} pointer"))?;
-        return Ok(Ok((node, property)));
+        return pointers::target(document, &pointer, at);
     }
     let Some(node) = target.node else { return Ok(Err("it has no target node".to_owned())) };
     get(&document.nodes, node, "nodes", at)?;
-    Ok(match property(&target.path) {
-        Some(path) => Ok((node, path)),
+    Ok(match node_path(&target.path) {
+        Some(path) => Ok(Target::Node(node, path)),
         None => Err(format!("unknown target path \"{}\"", target.path)),
     })
 }
 
-/// `/nodes/3/rotation`.
-fn node_pointer(pointer: &str) -> Option<(NodeIndex, Path)> {
-    let (node, name) = pointer.strip_prefix("/nodes/")?.split_once('/')?;
-    Some((node.parse().ok()?, property(name)?))
+struct ChannelReader<'a, 'd> {
+    document: &'d Document,
+    accessors: &'a Accessors<'d>,
+    nodes: &'a mut [Node],
+    warnings: &'a mut Vec<String>,
+    source: &'a document::AnimationSampler,
+    at: &'a str,
 }
 
-fn property(name: &str) -> Option<Path> {
-    match name {
-        "translation" => Some(Path::Translation),
-        "rotation" => Some(Path::Rotation),
-        "scale" => Some(Path::Scale),
-        "weights" => Some(Path::Weights),
-        _ => None,
-    }
-}
-
-fn import_channel(
-    accessors: &Accessors,
-    source: &document::AnimationSampler,
-    node: NodeIndex,
-    path: Path,
-    nodes: &mut [Node],
-    at: &str,
-    warnings: &mut Vec<String>,
-) -> Result<Result<Channel, String>, ImportProblem> {
-    let width = match path {
-        Path::Translation | Path::Scale => 3,
-        Path::Rotation => 4,
-        Path::Weights if nodes[node].weights.is_empty() => {
-            return Ok(Err(format!("nodes[{node}] has no morph targets")));
+impl ChannelReader<'_, '_> {
+    /// Adds the channels of a target to a clip, or says why there are none.
+    fn read(&mut self, target: Target, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        match target {
+            Target::Node(node, path) => self.node(node, path, clip),
+            Target::Property(property) => self.property(property, clip),
+            Target::MeshWeights(mesh) => self.each_node_of(mesh, |reader, node| reader.node(node, Path::Weights, clip)),
+            Target::MeshWeight(mesh, target) => {
+                self.each_node_of(mesh, |reader, node| reader.property(Property::Weight(node, target), clip))
+            }
         }
-        Path::Weights => nodes[node].weights.len(),
-    };
-    let (input, output) = (format!("{at} input"), format!("{at} output"));
-    if accessors.count(source.input, &input)? == 0 {
-        return Ok(Err("it has no keys".to_owned()));
     }
-    if path != Path::Weights
-        && let Err(reason) = decompose(&mut nodes[node])
-    {
-        return Ok(Err(reason.to_owned()));
+
+    /// Every node that shows a mesh with the mesh's own morph weights.
+    fn each_node_of(
+        &mut self,
+        mesh: usize,
+        mut read: impl FnMut(&mut Self, NodeIndex) -> Result<Result<(), String>, ImportProblem>,
+    ) -> Result<Result<(), String>, ImportProblem> {
+        let mut drives = Err(format!("no node shows meshes[{mesh}] with the mesh's own weights"));
+        for (node, source) in self.document.nodes.iter().enumerate() {
+            if source.mesh == Some(mesh) && source.weights.is_none() {
+                drives = read(self, node)?;
+            }
+        }
+        Ok(drives)
     }
-    let times: Vec<f32> =
-        accessors.floats::<1>(source.input, Integers::AsFlagged, &input)?.into_iter().flatten().collect();
-    let values = values(accessors, source.output, path, &output)?;
-    let interpolation = interpolation(source, at)?;
-    let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
-    if values.len() != times.len() * per_key {
-        return Err(ImportProblem::Accessor {
-            at: format!("accessors[{}] ({output})", source.output),
-            problem: format!("it has {} numbers where {} keys need {per_key} each", values.len(), times.len()),
-        });
+
+    fn node(&mut self, node: NodeIndex, path: Path, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        let width = match path {
+            Path::Translation | Path::Scale => 3,
+            Path::Rotation => 4,
+            Path::Weights if self.nodes[node].weights.is_empty() => {
+                return Ok(Err(format!("nodes[{node}] has no morph targets")));
+            }
+            Path::Weights => self.nodes[node].weights.len(),
+        };
+        if path != Path::Weights
+            && let Err(reason) = decompose(&mut self.nodes[node])
+        {
+            return Ok(Err(reason.to_owned()));
+        }
+        let element = if path == Path::Weights { 1 } else { width };
+        let sampler = self.sampler(width, element)?;
+        Ok(sampler.map(|sampler| clip.channels.push(Channel { node, path, sampler })))
     }
-    let mut sampler = Sampler { interpolation, times, width, values };
-    let dropped = drop_unordered_keys(&mut sampler, per_key);
-    if dropped > 0 {
-        warnings.push(format!("{at}: {dropped} keys not later than the one before them dropped"));
+
+    fn property(&mut self, property: Property, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        if let Property::Weight(node, target) = property
+            && target >= self.nodes[node].weights.len()
+        {
+            return Ok(Err(format!("nodes[{node}] has no morph target {target}")));
+        }
+        let width = property.width();
+        let sampler = self.sampler(width, width)?;
+        Ok(sampler.map(|sampler| clip.properties.push(PropertyChannel { property, sampler })))
     }
-    Ok(Ok(Channel { node, path, sampler }))
+
+    /// The curve: `width` numbers a value, `element` of them an element of the accessor.
+    fn sampler(&mut self, width: usize, element: usize) -> Result<Result<Sampler, String>, ImportProblem> {
+        let (accessors, at) = (self.accessors, self.at);
+        let (input, output) = (format!("{at} input"), format!("{at} output"));
+        if accessors.count(self.source.input, &input)? == 0 {
+            return Ok(Err("it has no keys".to_owned()));
+        }
+        let times: Vec<f32> =
+            accessors.floats::<1>(self.source.input, Integers::AsFlagged, &input)?.into_iter().flatten().collect();
+        let values = values(accessors, self.source.output, element, &output)?;
+        let interpolation = interpolation(self.source, at)?;
+        let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
+        if values.len() != times.len() * per_key {
+            return Err(ImportProblem::Accessor {
+                at: format!("accessors[{}] ({output})", self.source.output),
+                problem: format!("it has {} numbers where {} keys need {per_key} each", values.len(), times.len()),
+            });
+        }
+        let mut sampler = Sampler { interpolation, times, width, values };
+        let dropped = drop_unordered_keys(&mut sampler, per_key);
+        if dropped > 0 {
+            self.warnings.push(format!("{at}: {dropped} keys not later than the one before them dropped"));
+        }
+        Ok(Ok(sampler))
+    }
 }
 
 fn interpolation(source: &document::AnimationSampler, at: &str) -> Result<Interpolation, ImportProblem> {
@@ -160,11 +189,13 @@ fn interpolation(source: &document::AnimationSampler, at: &str) -> Result<Interp
     }
 }
 
-fn values(accessors: &Accessors, accessor: usize, path: Path, user: &str) -> Result<Vec<f32>, ImportProblem> {
-    Ok(match path {
-        Path::Translation | Path::Scale => flat(accessors.floats::<3>(accessor, Integers::Fractions, user)?),
-        Path::Rotation => flat(accessors.floats::<4>(accessor, Integers::Fractions, user)?),
-        Path::Weights => flat(accessors.floats::<1>(accessor, Integers::Fractions, user)?),
+fn values(accessors: &Accessors, accessor: usize, element: usize, user: &str) -> Result<Vec<f32>, ImportProblem> {
+    let kind = Integers::Fractions;
+    Ok(match element {
+        4 => flat(accessors.floats::<4>(accessor, kind, user)?),
+        3 => flat(accessors.floats::<3>(accessor, kind, user)?),
+        2 => flat(accessors.floats::<2>(accessor, kind, user)?),
+        _ => flat(accessors.floats::<1>(accessor, kind, user)?),
     })
 }
 

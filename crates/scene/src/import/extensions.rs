@@ -4,7 +4,7 @@ use super::ImportReport;
 use super::document::Document;
 use super::error::ImportProblem;
 
-/// Extensions whose content is imported. Of KHR_animation_pointer, pointers to node properties are.
+/// Extensions whose content is imported.
 const SUPPORTED: [&str; 13] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",

@@ -102,7 +102,7 @@ impl MaterialReader<'_, '_> {
         if let Some(strength) =
             self.extension::<EmissiveStrength>(&source.extensions, "KHR_materials_emissive_strength")?
         {
-            material.emissive *= strength.emissive_strength.unwrap_or(1.0);
+            material.emissive_strength = strength.emissive_strength.unwrap_or(1.0);
         }
         self.check(&mut material)?;
         Ok(material)
@@ -198,7 +198,7 @@ impl MaterialReader<'_, '_> {
             ("baseColorFactor", material.base_color.is_finite()),
             ("metallicFactor", material.metallic.is_finite()),
             ("roughnessFactor", material.roughness.is_finite()),
-            ("emissiveFactor", material.emissive.is_finite()),
+            ("emissiveFactor", (material.emissive * material.emissive_strength).is_finite()),
             ("normalTexture.scale", material.normal_scale.is_finite()),
             ("transmissionFactor", material.transmission.is_finite()),
             ("thicknessFactor", material.thickness.is_finite()),

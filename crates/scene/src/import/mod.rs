@@ -17,6 +17,7 @@ mod materials;
 mod meshes;
 mod nodes;
 mod normals;
+mod pointers;
 mod punctual;
 mod references;
 mod topology;

@@ -13,6 +13,7 @@ impl Shot {
         let finite = "must be finite";
         let rules = [
             ("model", !self.model.as_os_str().is_empty(), "must name a file"),
+            ("speed", self.speed.is_finite(), finite),
             ("hold", self.hold.is_none_or(f64::is_finite), finite),
             ("exposure", positive(self.exposure.into()), "must be positive and finite"),
             ("camera.eye", self.camera.eye.is_none_or(all_finite), finite),
@@ -44,8 +45,24 @@ impl Shot {
         ];
         match rules.iter().find(|(_, holds, _)| !holds) {
             Some(&(field, _, problem)) => Err((field.to_owned(), problem)),
-            None => self.check_keys(),
+            None => self.check_layers().and_then(|()| self.check_keys()),
         }
+    }
+
+    fn check_layers(&self) -> Result<(), (String, &'static str)> {
+        for (index, layer) in self.layers.iter().enumerate() {
+            let field = |name: &str| format!("layers[{index}].{name}");
+            if !layer.speed.is_finite() || !layer.weight.is_finite() || !layer.from.is_finite() {
+                return Err((field("speed"), "`weight` and `from` must be finite"));
+            }
+            if !(layer.fade >= 0.0 && layer.fade.is_finite()) {
+                return Err((field("fade"), "must be finite and not negative"));
+            }
+            if layer.until.is_some_and(|until| until.is_nan() || until <= layer.from) {
+                return Err((field("until"), "must be later than `from`"));
+            }
+        }
+        Ok(())
     }
 
     fn check_keys(&self) -> Result<(), (String, &'static str)> {

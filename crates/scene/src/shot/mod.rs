@@ -29,7 +29,7 @@ pub use camera::{Aim, CameraKey, ShotCamera};
 pub use error::ShotError;
 pub use light::{ShotLight, ShotLightKind};
 pub use look::{EnvironmentChoice, FloorLevel, GlassBodies, ShotFloor, ShotGlass, ToneMapChoice};
-pub use playback::{ClipChoice, ShotOutput};
+pub use playback::{ClipChoice, LoopMode, ShotLayer, ShotOutput};
 
 /// A whole shot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,6 +40,15 @@ pub struct Shot {
     /// The clip that plays.
     #[serde(default)]
     pub clip: ClipChoice,
+    /// Seconds of the clip that pass in a second; negative plays it backwards.
+    #[serde(default = "one_f64")]
+    pub speed: f64,
+    /// What happens outside the clip's span.
+    #[serde(default)]
+    pub repeat: LoopMode,
+    /// Clips laid over it, in order.
+    #[serde(default)]
+    pub layers: Vec<ShotLayer>,
     /// Time at which the pose is held, seconds; `None` plays the clip.
     #[serde(default)]
     pub hold: Option<f64>,
@@ -73,12 +82,19 @@ fn one() -> f32 {
     1.0
 }
 
+fn one_f64() -> f64 {
+    1.0
+}
+
 impl Shot {
     /// The shot of a bare model: everything chosen by the stage.
     pub fn for_model(model: &Path) -> Self {
         Self {
             model: model.to_owned(),
             clip: ClipChoice::First,
+            speed: 1.0,
+            repeat: LoopMode::Loop,
+            layers: Vec::new(),
             hold: None,
             camera: ShotCamera::default(),
             light: ShotLight::default(),

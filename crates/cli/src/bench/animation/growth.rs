@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use glam::{DMat4, DVec3, Vec3};
-use murano_animation::{Geometry, Pose, shown_primitives};
+use murano_animation::{Geometry, Layer, Pose, shown_primitives};
 use murano_gpu::Gpu;
 use murano_metrics::spread::spread;
 use murano_render::{Renderer, World};
@@ -80,7 +80,7 @@ impl Bench<'_> {
             pose.push(GrowthPoint::new(x(character), self.time_pose(&scene)?));
             let gpu = self.gpu.take().context("the device is lost")?;
             let mut renderer = Renderer::new(gpu, World { scene, environment: None, floor: None })?;
-            let time = time_deformation(&mut renderer, Some(0), 0.4, self.runs)?;
+            let time = time_deformation(&mut renderer, Layer::alone(Some(0), 0.4), self.runs)?;
             deform.extend(time.map(|time| GrowthPoint::new(x(character), time)));
             self.gpu = Some(renderer.into_gpu());
             self.progress.advance();
@@ -92,8 +92,8 @@ impl Bench<'_> {
         let geometry = Geometry::build(scene, &shown_primitives(scene))?;
         let times = (0..self.runs.max(3) * 4).map(|run| {
             let start = Instant::now();
-            let pose = Pose::sample(scene, Some(0), 0.01 * run as f64);
-            std::hint::black_box((geometry.palette(&pose, DVec3::ZERO), geometry.morph_weights(&pose)));
+            let pose = Pose::sample(scene, &Layer::alone(Some(0), 0.01 * run as f64));
+            std::hint::black_box(geometry.palette(&pose, DVec3::ZERO));
             start.elapsed().as_secs_f64() * 1e3
         });
         Ok(spread(&times.collect::<Vec<_>>())?)
@@ -127,7 +127,7 @@ impl Character {
         for copy in 0..self.copies {
             self.add_copy(&mut scene, copy, &mut channels);
         }
-        scene.clips.push(Clip { name: "turn".into(), channels, duration: 1.0 });
+        scene.clips.push(Clip { name: "turn".into(), channels, duration: 1.0, ..Clip::default() });
         scene
     }
 

@@ -11,7 +11,7 @@ use std::{
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::DVec3;
-use murano_animation::{Deformed, Geometry, Pose, deform_f64, shown_primitives};
+use murano_animation::{Deformed, Geometry, Layer, Pose, deform_f64, shown_primitives};
 use murano_gpu::Gpu;
 use murano_metrics::spread::{Spread, spread};
 use murano_render::{Renderer, World};
@@ -131,14 +131,13 @@ impl Arguments {
         let poses = poses(&scene, self.samples);
         for &(clip, time) in &poses {
             let start = Instant::now();
-            let pose = Pose::sample(&scene, clip, time);
+            let pose = Pose::sample(&scene, &Layer::alone(clip, time));
             sampling.push(start.elapsed().as_secs_f64() * 1e6);
             let start = Instant::now();
-            std::hint::black_box((geometry.palette(&pose, DVec3::ZERO), geometry.morph_weights(&pose)));
+            std::hint::black_box(geometry.palette(&pose, DVec3::ZERO));
             palettes.push(start.elapsed().as_secs_f64() * 1e6);
             let truth = deform_f64(&geometry, &scene, &pose);
-            // The renderer loops a clip, so that its end is its beginning: the end itself is not asked for (see `poses`).
-            let deformed = renderer.deform(clip, time)?;
+            let deformed = renderer.deform(&Layer::alone(clip, time))?;
             let mut found = Deformed::default();
             for mesh in deformed {
                 found.positions.extend(mesh.positions);
@@ -147,7 +146,7 @@ impl Arguments {
             errors.include(&geometry, &truth, &found)?;
         }
         let (clip, time) = poses[poses.len() / 2];
-        let deform = time_deformation(&mut renderer, clip, time, self.runs as usize)?;
+        let deform = time_deformation(&mut renderer, Layer::alone(clip, time), self.runs as usize)?;
         let targets =
             scene.meshes.iter().flat_map(|mesh| &mesh.primitives).map(|primitive| primitive.targets.len()).max();
         let result = ModelResult {

@@ -8,6 +8,7 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::{Context, Result};
 use clap::Args;
 use glam::{DMat4, DVec3};
+use murano_animation::Layer;
 use murano_caustics::Caustics;
 use murano_gpu::Gpu;
 use murano_metrics::spread::{Spread, spread};
@@ -128,23 +129,23 @@ impl Scenario {
             let shift = subject.centre.distance(request.lights[0].world_from_light.w_axis.truncate());
             request.lights[0].world_from_light.w_axis.x += 0.01 * shift * f64::from(k);
         };
+        let play = |request: &mut FrameRequest, time: f64| {
+            request.playing.iter_mut().for_each(|layer| layer.time = time);
+        };
         match self {
             Self::Static => {}
             Self::Camera => request.view = orbit(request.view),
             Self::Light => moved(&mut request),
             Self::LightColour => request.lights[0].light.intensity *= 1.0 - 0.5 * share as f32,
-            Self::Receiver => request.clip = Some(worlds::RECEIVER),
-            Self::OneCaster => request.clip = Some(worlds::CASTER),
-            Self::PausedClip => request.time = 0.3 * duration,
-            Self::LoopedClip => request.time = share * duration,
+            Self::Receiver => request.playing = Layer::alone(Some(worlds::RECEIVER), share * duration),
+            Self::OneCaster => request.playing = Layer::alone(Some(worlds::CASTER), share * duration),
+            Self::PausedClip => play(&mut request, 0.3 * duration),
+            Self::LoopedClip => play(&mut request, share * duration),
             Self::Everything => {
                 request.view = orbit(request.view);
                 moved(&mut request);
-                request.time = share * duration;
+                play(&mut request, share * duration);
             }
-        }
-        if self.is_of_balls() {
-            request.time = share * duration;
         }
         request
     }

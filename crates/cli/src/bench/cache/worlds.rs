@@ -1,6 +1,7 @@
 //! A world where single things move by themselves: ten balls of glass over a floor, and a plate between them and it.
 
 use glam::{DVec3, Vec3, Vec4};
+use murano_animation::Layer;
 use murano_render::{Floor, FrameRequest, Settings, ToneMap, View, World};
 use murano_scene::{
     Channel, Clip, Interpolation, Light, LightKind, Local, Material, Mesh, Node, Path, PlacedLight, Primitive, Sampler,
@@ -43,6 +44,7 @@ pub fn balls_over_plate() -> World {
             },
         }],
         duration: 1.0,
+        ..Clip::default()
     };
     let first = place(0).as_vec3();
     let scene = Scene {
@@ -80,8 +82,7 @@ pub fn request(settings: &Settings, size: [u32; 2]) -> FrameRequest {
         },
     };
     FrameRequest {
-        clip: Some(RECEIVER),
-        time: 0.0,
+        playing: Layer::alone(Some(RECEIVER), 0.0),
         size,
         view: View::look_at(DVec3::new(0.0, 3.0, 6.0), DVec3::new(0.0, -0.6, 0.0), 0.7),
         lights: vec![lamp],

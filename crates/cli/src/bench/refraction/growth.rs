@@ -121,8 +121,7 @@ impl Bench<'_> {
         let Case { x, scene, side, distance, refraction } = case;
         let world = World { scene, environment: None, floor: None };
         let request = FrameRequest {
-            clip: None,
-            time: 0.0,
+            playing: Vec::new(),
             size: [side, side],
             view: View::look_at(DVec3::new(0.0, 0.0, distance), DVec3::ZERO, FIELD_OF_VIEW.to_radians()),
             lights: Vec::new(),

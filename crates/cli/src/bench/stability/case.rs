@@ -1,6 +1,7 @@
 //! A case: one picture that could go wrong, and the group whose worst it may be.
 
 use glam::DVec3;
+use murano_animation::Layer;
 use murano_refraction::Method;
 use murano_render::View;
 use murano_scene::{PlacedLight, Projection, Scene, look_along};
@@ -41,6 +42,11 @@ impl Case {
     /// A square picture without lamps.
     pub fn new(label: impl Into<String>, scene: Scene, view: View, truth: Truth) -> Self {
         Self { label: label.into(), scene, clip: None, view, size: [SIDE, SIDE], truth, lamps: Vec::new() }
+    }
+
+    /// What plays.
+    pub fn playing(&self) -> Vec<Layer> {
+        self.clip.map(|(clip, time)| Layer::new(clip, time)).into_iter().collect()
     }
 
     /// With lamps over a floor.

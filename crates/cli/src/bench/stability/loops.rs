@@ -2,10 +2,11 @@
 
 use anyhow::Result;
 use glam::DVec3;
+use murano_animation::{Layer, clip_time};
 use murano_gpu::Gpu;
 use murano_refraction::Method;
 use murano_render::{Frame, FrameRequest, Renderer, Skipping};
-use murano_scene::{Channel, Clip, Interpolation, Path, Sampler, Scene};
+use murano_scene::{Channel, Clip, Interpolation, LoopMode, Path, Sampler, Scene};
 
 use super::{
     bodies::Body,
@@ -23,7 +24,7 @@ pub fn thousand_frames(gpu: Gpu, frames: u32) -> Result<Row> {
     let case = Case::new("loop", scene(), view, Truth::Unknown).sized([24, 24]).at_time(0.0);
     let mut renderer = Renderer::new(gpu, world(case.scene.clone(), None))?;
     let at = |number: u32, skipping: Skipping| FrameRequest {
-        time: f64::from(number) / f64::from(FPS),
+        playing: Layer::alone(Some(0), clip_time(LoopMode::Loop, f64::from(number) / f64::from(FPS), 1.0)),
         skipping,
         ..request(&case, Method::Newton)
     };
@@ -79,6 +80,7 @@ fn scene() -> Scene {
         name: "loop".into(),
         channels: channels.map(|(path, sampler)| Channel { node: 0, path, sampler }).into(),
         duration: 1.0,
+        ..Clip::default()
     });
     scene
 }

@@ -153,7 +153,7 @@ pub fn world(scene: Scene, floor: Option<Floor>) -> World {
 
 /// A floor under a case's body, as far below as the body is large.
 fn floor(case: &Case) -> Result<Floor> {
-    let pose = Pose::sample(&case.scene, case.clip.map(|(clip, _)| clip), case.clip.map_or(0.0, |(_, time)| time));
+    let pose = Pose::sample(&case.scene, &case.playing());
     let bounds = Geometry::build(&case.scene, &shown_primitives(&case.scene))?.posed_bounds(&pose);
     let center = bounds.center();
     let half_extent = 20.0 * bounds.diameter().max(1e-9);
@@ -163,8 +163,7 @@ fn floor(case: &Case) -> Result<Floor> {
 /// A picture of a case with its layers, without lamps.
 pub fn request(case: &Case, method: Method) -> FrameRequest {
     FrameRequest {
-        clip: case.clip.map(|(clip, _)| clip),
-        time: case.clip.map_or(0.0, |(_, time)| time),
+        playing: case.playing(),
         size: case.size,
         view: case.view,
         lights: Vec::new(),

@@ -46,7 +46,7 @@ impl Answers {
         if case.truth == Truth::Unknown {
             return Ok(None);
         }
-        let pose = Pose::sample(&case.scene, case.clip.map(|(clip, _)| clip), case.clip.map_or(0.0, |(_, time)| time));
+        let pose = Pose::sample(&case.scene, &case.playing());
         let world = World::of_scene(&case.scene, &pose).context("the case cannot be traced")?;
         let camera =
             Camera { world_from_view: case.view.world_from_view, projection: case.view.projection, size: case.size };

@@ -110,6 +110,7 @@ pub fn joints_through_zero() -> Group {
         name: "through zero".into(),
         channels: vec![Channel { node: 0, path: Path::Scale, sampler }],
         duration: 1.0,
+        ..Clip::default()
     });
     let case = |time: f64| {
         let view = looking(around()[1].1, DVec3::ZERO, YFOV);
