@@ -1,5 +1,5 @@
-//! Writes the models that fuzzing begins with into a folder: the smaller of `assets/`, and those that the import's tests
-//! begin with, whose JSON and binary chunk are only parted by a NUL.
+//! Writes the models that fuzzing begins with into a folder: the smaller of `assets/`, and those that the import's
+//! tests begin with, also with only a NUL between their JSON and their binary chunk.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};

@@ -51,8 +51,8 @@ fn referred_to(document: &Value, folder: &Path) -> u64 {
     files.map(|file| file.len()).sum()
 }
 
-/// Bytes of the numbers that accessors legally ask for: those without a buffer view, which are zeros, and those of which
-/// all bytes can be present.
+/// Bytes of the numbers that accessors legally ask for: those without a buffer view, which are zeros, and those of
+/// which all bytes can be present.
 fn asked_for(document: &Value, present: u64) -> u64 {
     let of_accessor = |accessor: &Value| {
         let components = match accessor["type"].as_str() {

@@ -248,7 +248,7 @@ const ATTRIBUTES: [&str; 4] = ["positions", "texcoords", "joints", "weights"];
 /// The numbers of one vertex, by attribute.
 type Corner = [Vec<f32>; ATTRIBUTES.len()];
 
-/// The triangles of a primitive in an order of their own: each begins with its least corner, the least triangle is first.
+/// The triangles of a primitive in an order of their own: each begins with its least corner, the least is first.
 fn sorted_triangles(primitive: &Primitive) -> Vec<[Corner; 3]> {
     let corner = |vertex: u32| -> Corner {
         let vertex = vertex as usize;

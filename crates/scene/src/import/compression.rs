@@ -103,8 +103,8 @@ impl Compression {
             .then(|| format!("a count of {count} is not a multiple of 3"))
     }
 
-    /// Fewest bytes into which so many elements can be encoded, whatever they are: header, what each element or block of
-    /// elements takes at least, tail.
+    /// Fewest bytes into which so many elements can be encoded, whatever they are: header, what each element or block
+    /// of elements takes at least, tail.
     pub(super) fn least_length(&self) -> u64 {
         match self.mode {
             Mode::Attributes => {

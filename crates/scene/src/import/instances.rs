@@ -15,9 +15,9 @@ struct Instancing {
     attributes: Attributes,
 }
 
-/// Gives every instance of a node's mesh a child node `NAME[i]`, after all other nodes, and takes the mesh from the node
-/// itself, which keeps its place. Morph weights of instances stay at rest. Where instancing means nothing it is ignored
-/// with a warning.
+/// Gives every instance of a node's mesh a child node `NAME[i]`, after all other nodes, and takes the mesh from the
+/// node itself, which keeps its place. Morph weights of instances stay at rest. Where instancing means nothing it is
+/// ignored with a warning.
 pub(super) fn expand(
     document: &Document,
     accessors: &Accessors,

@@ -58,8 +58,8 @@ pub fn import(path: &Path) -> Result<Scene, ImportError> {
         .map_err(|problem| ImportError { file: path.to_owned(), problem })
 }
 
-/// Imports a `.glb` or `.gltf` from memory; `name` stands for it in errors. What it refers to are data URIs, as there is no
-/// folder to find files in.
+/// Imports a `.glb` or `.gltf` from memory; `name` stands for it in errors. What it refers to are data URIs, as there
+/// is no folder to find files in.
 ///
 /// # Errors
 /// As [`import`]; a reference to a file is an [`ImportProblem::Uri`].

@@ -17,8 +17,8 @@ struct Mapping {
     variants: Vec<usize>,
 }
 
-/// A primitive's material in each variant of the document, its own where no mapping lists the variant; nothing if it has
-/// no mappings. A variant that is listed twice has the first material, with a warning a mapping.
+/// A primitive's material in each variant of the document, its own where no mapping lists the variant; nothing if it
+/// has no mappings. A variant that is listed twice has the first material, with a warning a mapping.
 pub(super) fn materials(
     document: &Document,
     accessors: &Accessors,
