@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::terminal::{say, say_json};
 
-/// Lists nodes, meshes, joints, targets, clips, materials, extensions and warnings of a model
+/// Lists nodes, meshes, joints, targets, clips, materials, variants, extensions and warnings of a model
 #[derive(Args)]
 #[command(after_help = "Example:\n  murano inspect assets/dancer.glb")]
 pub struct Arguments {
@@ -35,6 +35,7 @@ fn as_json(file: &std::path::Path, scene: &Scene) -> Value {
         "skins": scene.skins.iter().map(|skin| json!({ "name": skin.name, "joints": skin.joints.len() })).collect::<Vec<_>>(),
         "clips": scene.clips.iter().map(clip_json).collect::<Vec<_>>(),
         "materials": scene.materials.iter().map(material_json).collect::<Vec<_>>(),
+        "variants": scene.variants,
         "cameras": scene.cameras.iter().map(|camera| &camera.name).collect::<Vec<_>>(),
         "lights": scene.lights.iter().map(|light| &light.name).collect::<Vec<_>>(),
         "images": scene.images.iter()
@@ -108,7 +109,7 @@ fn as_text(scene: &Scene) -> String {
     let lines_of = |images: &[Image]| {
         images.iter().map(|image| format!("{}: {}x{}", named(&image.name), image.width, image.height)).collect()
     };
-    let sections: [(&str, Vec<String>); 11] = [
+    let sections: [(&str, Vec<String>); 12] = [
         ("Nodes", node_lines(scene)),
         ("Meshes", scene.meshes.iter().map(mesh_line).collect()),
         (
@@ -117,6 +118,7 @@ fn as_text(scene: &Scene) -> String {
         ),
         ("Clips", scene.clips.iter().map(clip_line).collect()),
         ("Materials", scene.materials.iter().map(material_line).collect()),
+        ("Material variants", scene.variants.clone()),
         ("Cameras", scene.cameras.iter().map(|camera| named(&camera.name).to_owned()).collect()),
         ("Lights", scene.lights.iter().map(|light| format!("{}: {:?}", named(&light.name), light.kind)).collect()),
         ("Images", lines_of(&scene.images)),

@@ -56,7 +56,7 @@ impl Local {
 /// One node of the hierarchy.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
-    /// Name in the file, or empty.
+    /// Name in the file, or empty; of an instance the name of its parent and its number, `tree[3]`.
     pub name: String,
     /// Parent, or `None` for a root.
     pub parent: Option<NodeIndex>,
@@ -90,7 +90,8 @@ pub struct Skin {
 /// A whole scene: what one model file holds, of its default scene.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Every node of the file; only those reachable from `roots` are shown.
+    /// Every node of the file, then one for each instance of a mesh (EXT_mesh_gpu_instancing); only those reachable from
+    /// `roots` are shown.
     pub nodes: Vec<Node>,
     /// Roots of the default scene (the first scene if none is marked; all parentless nodes if there is no scene).
     pub roots: Vec<NodeIndex>,
@@ -108,6 +109,8 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Lights, placed by nodes.
     pub lights: Vec<Light>,
+    /// Names of the material variants; see [`Scene::select_variant`]. As imported, none is selected.
+    pub variants: Vec<String>,
     /// What the import had to say.
     pub report: ImportReport,
 }

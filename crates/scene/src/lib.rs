@@ -13,12 +13,13 @@ mod material;
 mod mesh;
 mod property;
 mod shot;
+mod variant;
 
 pub use camera::{Camera, Projection, look_along};
 pub use clip::{Channel, Clip, Interpolation, Path, Sampler};
 pub use environment::{Environment, EnvironmentError};
 pub use graph::{Local, Node, NodeIndex, Scene, Skin, Transform};
-pub use import::{ImportError, ImportProblem, ImportReport, import};
+pub use import::{ImportError, ImportProblem, ImportReport, import, import_bytes};
 pub use light::{Light, LightKind, PlacedLight};
 pub use material::{AlphaMode, Image, Material, TextureRef, Wrap};
 pub use mesh::{Mesh, MorphTarget, Primitive};
@@ -27,3 +28,4 @@ pub use shot::{
     Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotCamera, ShotError,
     ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
 };
+pub use variant::VariantError;

@@ -35,6 +35,8 @@ pub struct Primitive {
     pub targets: Vec<MorphTarget>,
     /// Index into `Scene::materials`.
     pub material: Option<usize>,
+    /// Material in each of `Scene::variants`; empty where it is `material` in all of them.
+    pub variant_materials: Vec<Option<usize>>,
 }
 
 /// Displacements of one morph target; each list present has one entry per vertex.

@@ -2,18 +2,16 @@
 
 mod common;
 
+use std::collections::HashSet;
 use std::panic::catch_unwind;
 use std::time::{Duration, Instant};
 
 use murano_scene::{ImportProblem, Interpolation, Local, Path, Primitive, Scene, import};
 
 /// Files that need what this project refuses, by the extension or version.
-const REFUSED: [(&str, &str); 7] = [
+const REFUSED: [(&str, &str); 4] = [
     ("CesiumMan_Draco/CesiumMan.gltf", "KHR_draco_mesh_compression"),
     ("derived/Fox_draco.glb", "KHR_draco_mesh_compression"),
-    ("derived/CesiumMan_gltfpack_meshopt.glb", "EXT_meshopt_compression"),
-    ("derived/Fox_gltfpack_meshopt.glb", "EXT_meshopt_compression"),
-    ("Pirate_Meshopt_Quantized.glb", "EXT_meshopt_compression"),
     ("Compatibility/Compatibility_05.gltf", "FAKE_materials_quantumRendering"),
     ("Compatibility/Compatibility_04.gltf", "2.1"),
 ];
@@ -40,6 +38,17 @@ fn every_model_imports_or_is_refused_for_the_known_reason() {
         }
     }
     assert_eq!(refused, REFUSED.len());
+}
+
+#[test]
+fn draco_is_refused_with_the_command_that_takes_it_out() {
+    let Some(folder) = common::data("gltf") else { return };
+    for file in ["CesiumMan_Draco/CesiumMan.gltf", "derived/Fox_draco.glb"] {
+        let message = import(&folder.join(file)).expect_err("not supported").to_string();
+        for part in [file, "KHR_draco_mesh_compression", "`gltf-transform copy in.glb out.glb`"] {
+            assert!(message.contains(part), "{message}");
+        }
+    }
 }
 
 #[test]
@@ -157,6 +166,113 @@ fn quantized_equals_original() {
     for (a, b) in normals {
         assert!(a.dot(*b) > 0.999, "{a} {b}");
     }
+}
+
+#[test]
+fn instances_of_known_files_arrive() {
+    let Some(folder) = common::data("gltf") else { return };
+    for (file, nodes, instances) in [("SimpleInstancing.glb", 1, 125), ("SharpGLTF_InstanceTest.glb", 1, 2500)] {
+        let scene = import(&folder.join(file)).expect(file);
+        check_invariants(&scene);
+        assert!(scene.report.extensions_ignored.is_empty() && scene.report.warnings.is_empty(), "{file}");
+        assert_eq!(scene.nodes.len(), nodes + instances, "{file}");
+        assert_eq!(scene.nodes[0].mesh, None, "{file}");
+        assert_eq!(scene.nodes[0].children.len(), instances, "{file}");
+        assert_eq!(scene.traversal().len(), nodes + instances, "{file}");
+        assert!(scene.nodes[1..].iter().all(|node| node.mesh == Some(0) && node.parent == Some(0)), "{file}");
+        let distinct: HashSet<String> = scene.nodes[1..].iter().map(|node| format!("{:?}", node.local)).collect();
+        assert_eq!(distinct.len(), instances, "{file}: no two instances coincide");
+    }
+}
+
+/// Accessors, meshes, skins and their matrices that several elements share: one of each in the scene.
+#[test]
+fn shared_elements_are_imported_once() {
+    let Some(folder) = common::data("gltf/asset-generator/Instancing") else { return };
+    for path in common::models(&folder) {
+        let scene = import(&path).expect("a sound model");
+        check_invariants(&scene);
+        let json: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(&path).expect("readable")).expect("it imports, so it parses");
+        let listed = |name: &str| json[name].as_array().map_or(0, Vec::len);
+        let counts = [scene.nodes.len(), scene.meshes.len(), scene.skins.len(), scene.clips.len()];
+        assert_eq!(counts, ["nodes", "meshes", "skins", "animations"].map(listed), "{}", path.display());
+        assert!(scene.report.warnings.is_empty(), "{}: {:?}", path.display(), scene.report.warnings);
+    }
+}
+
+/// The same quantization of the fox, once as it is and once compressed. The compressor reorders triangles and vertices.
+#[test]
+fn compressed_equals_uncompressed() {
+    let Some(folder) = common::data("gltf/derived") else { return };
+    let plain = import(&folder.join("Fox_gltfpack_quant.glb")).expect("quantized");
+    let compressed = import(&folder.join("Fox_gltfpack_meshopt.glb")).expect("compressed");
+    let [ours, theirs] = [&compressed, &plain].map(|scene| sorted_triangles(&scene.meshes[0].primitives[0]));
+    assert_eq!(ours.len(), theirs.len());
+    for (place, name) in ATTRIBUTES.into_iter().enumerate() {
+        let pairs = ours.iter().flatten().zip(theirs.iter().flatten());
+        let difference = pairs.map(|(a, b)| largest_difference(&a[place], &b[place])).fold(0.0, f32::max);
+        eprintln!("{name} differ by {difference}");
+        assert_eq!(difference, 0.0, "{name}");
+    }
+    for (ours, theirs) in compressed.skins[0].inverse_bind.iter().zip(&plain.skins[0].inverse_bind) {
+        assert_eq!(ours, theirs, "inverse bind matrices");
+    }
+    check_filtered_clips(&compressed, &plain);
+}
+
+/// The compressor's filters round what clips hold: quaternions, whose sign is free, to 1/4096, translations to 15 bits.
+fn check_filtered_clips(compressed: &Scene, plain: &Scene) {
+    let channels = |scene: &Scene| scene.clips.iter().flat_map(|clip| clip.channels.clone()).collect::<Vec<_>>();
+    let (ours, theirs) = (channels(compressed), channels(plain));
+    assert_eq!(ours.len(), theirs.len());
+    let (mut rotations, mut translations) = (0.0_f32, 0.0_f32);
+    for (ours, theirs) in ours.iter().zip(&theirs) {
+        assert_eq!((ours.node, ours.path), (theirs.node, theirs.path));
+        assert_eq!(ours.sampler.times, theirs.sampler.times);
+        let (ours_values, theirs_values) = (&ours.sampler.values, &theirs.sampler.values);
+        if ours.path == Path::Rotation {
+            let keys = ours_values.as_chunks::<4>().0.iter().zip(theirs_values.as_chunks::<4>().0);
+            let turned = keys.map(|(a, b)| largest_difference(a, b).min(largest_difference(a, &b.map(|value| -value))));
+            rotations = turned.fold(rotations, f32::max);
+        } else {
+            translations = translations.max(largest_difference(ours_values, theirs_values));
+        }
+    }
+    eprintln!("rotations differ by {rotations}, translations by {translations}");
+    assert!(rotations < 3e-4 && translations < 1e-3, "{rotations}, {translations}");
+}
+
+const ATTRIBUTES: [&str; 4] = ["positions", "texcoords", "joints", "weights"];
+
+/// The numbers of one vertex, by attribute.
+type Corner = [Vec<f32>; ATTRIBUTES.len()];
+
+/// The triangles of a primitive in an order of their own: each begins with its least corner, the least is first.
+fn sorted_triangles(primitive: &Primitive) -> Vec<[Corner; 3]> {
+    let corner = |vertex: u32| -> Corner {
+        let vertex = vertex as usize;
+        [
+            primitive.positions[vertex].to_array().to_vec(),
+            primitive.texcoords.iter().flat_map(|set| set[vertex].to_array()).collect(),
+            primitive.joints.iter().flat_map(|set| set[vertex].map(f32::from)).collect(),
+            primitive.weights.iter().flat_map(|set| set[vertex]).collect(),
+        ]
+    };
+    let from_least = |triangle: &[u32; 3]| {
+        let mut corners = triangle.map(corner);
+        let turn = (0..3).min_by(|&a, &b| corners[a].partial_cmp(&corners[b]).expect("finite")).expect("three");
+        corners.rotate_left(turn);
+        corners
+    };
+    let mut triangles: Vec<[Corner; 3]> = primitive.triangles.iter().map(from_least).collect();
+    triangles.sort_by(|a, b| a.partial_cmp(b).expect("finite"));
+    triangles
+}
+
+fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
 #[test]

@@ -1,11 +1,13 @@
-//! Accessors to lists of numbers: every component type, strides, sparse substitution, zeros without a buffer view.
+//! Accessors to lists of numbers: every component type, strides, sparse substitution, zeros without a buffer view, and
+//! compressed buffer views, which are decoded once.
 //!
 //! Nothing is allocated for a count before the bytes behind it were seen, except zeros, and all decoding together is
 //! bounded by what the file holds.
 
 use std::borrow::Cow;
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 
+use super::compression::{self, Compression, Decoded};
 use super::container::Buffers;
 use super::document::{Accessor, ComponentType, Document, ElementType, Sparse, get};
 use super::error::ImportProblem;
@@ -30,6 +32,8 @@ pub(super) struct Accessors<'a> {
     buffers: &'a Buffers<'a>,
     limit: u64,
     spent: Cell<u64>,
+    /// Content of each compressed buffer view, once it was asked for.
+    decoded: Vec<OnceCell<Decoded>>,
 }
 
 /// One accessor's elements in memory, bounds checked.
@@ -45,7 +49,8 @@ struct Elements<'a> {
 impl<'a> Accessors<'a> {
     pub(super) fn new(document: &'a Document, buffers: &'a Buffers<'a>) -> Self {
         let limit = ALLOWANCE.saturating_add(buffers.total().saturating_mul(ALLOWANCE_PER_BYTE));
-        Self { document, buffers, limit, spent: Cell::new(0) }
+        let decoded = document.buffer_views.iter().map(|_| OnceCell::new()).collect();
+        Self { document, buffers, limit, spent: Cell::new(0), decoded }
     }
 
     /// Element count as declared; the index and the count are checked.
@@ -86,23 +91,46 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// Bytes of a buffer view and its stride.
-    pub(super) fn view(&self, index: usize, user: &str) -> Result<(&'a [u8], Option<u64>), ImportProblem> {
+    /// Bytes of a buffer view, decoded if it is compressed, and its stride.
+    pub(super) fn view(&self, index: usize, user: &str) -> Result<(&[u8], Option<u64>), ImportProblem> {
         let view = get(&self.document.buffer_views, index, "bufferViews", user)?;
-        let at = || format!("bufferViews[{index}] ({user})");
-        get(&self.document.buffers, view.buffer, "buffers", &at())?;
-        let bytes = self
-            .buffers
-            .get(view.buffer)
-            .ok_or_else(|| ImportProblem::MissingBuffer { at: at(), buffer: view.buffer })?;
-        let needed = view.byte_offset.saturating_add(view.byte_length);
-        if needed > bytes.len() as u64 {
-            return Err(ImportProblem::OutOfBounds { at: at(), needed, available: bytes.len() as u64 });
+        if let Some(decoded) = self.decoded[index].get() {
+            return Ok((decoded.bytes(), view.byte_stride));
         }
-        Ok((&bytes[view.byte_offset as usize..needed as usize], view.byte_stride))
+        let at = format!("bufferViews[{index}] ({user})");
+        let bytes = match compression::of(view, &at)? {
+            Some(compression) => {
+                let decoded = self.decompress(&compression, view.byte_length, &at)?;
+                self.decoded[index].get_or_init(|| decoded).bytes()
+            }
+            None => self.range(view.buffer, view.byte_offset, view.byte_length, &at)?,
+        };
+        Ok((bytes, view.byte_stride))
     }
 
-    fn elements(&self, index: usize, width: usize, user: &str) -> Result<Elements<'a>, ImportProblem> {
+    fn decompress(&self, compression: &Compression, length: u64, at: &str) -> Result<Decoded, ImportProblem> {
+        let encoded = self.range(compression.buffer, compression.byte_offset, compression.byte_length, at)?;
+        let needed = compression.least_length();
+        if needed > encoded.len() as u64 {
+            return Err(ImportProblem::OutOfBounds { at: at.to_owned(), needed, available: encoded.len() as u64 });
+        }
+        self.reserve(length, || at.to_owned())?;
+        compression.decode(encoded, at)
+    }
+
+    /// Bytes of a buffer.
+    fn range(&self, buffer: usize, offset: u64, length: u64, at: &str) -> Result<&'a [u8], ImportProblem> {
+        get(&self.document.buffers, buffer, "buffers", at)?;
+        let bytes =
+            self.buffers.get(buffer).ok_or_else(|| ImportProblem::MissingBuffer { at: at.to_owned(), buffer })?;
+        let needed = offset.saturating_add(length);
+        if needed > bytes.len() as u64 {
+            return Err(ImportProblem::OutOfBounds { at: at.to_owned(), needed, available: bytes.len() as u64 });
+        }
+        Ok(&bytes[offset as usize..needed as usize])
+    }
+
+    fn elements(&self, index: usize, width: usize, user: &str) -> Result<Elements<'_>, ImportProblem> {
         let accessor = get(&self.document.accessors, index, "accessors", user)?;
         let element_type = accessor.element_type;
         if element_type.width() != width || element_type == ElementType::Mat2 {
@@ -131,7 +159,7 @@ impl<'a> Accessors<'a> {
         view: usize,
         index: usize,
         user: &str,
-    ) -> Result<Elements<'a>, ImportProblem> {
+    ) -> Result<Elements<'_>, ImportProblem> {
         let (bytes, stride) = self.view(view, user)?;
         let size = element_size(accessor);
         let stride = stride.unwrap_or(size);
@@ -158,7 +186,7 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    fn zeros(&self, accessor: &Accessor, index: usize, user: &str) -> Result<Elements<'a>, ImportProblem> {
+    fn zeros(&self, accessor: &Accessor, index: usize, user: &str) -> Result<Elements<'static>, ImportProblem> {
         self.charge(accessor, index, user)?;
         let size = element_size(accessor) as usize;
         Ok(Elements { bytes: Cow::Owned(vec![0; accessor.count as usize * size]), stride: size, ..layout(accessor) })
@@ -180,13 +208,13 @@ impl<'a> Accessors<'a> {
     }
 
     /// Replaces the elements that a sparse accessor lists (glTF 2.0, section 3.6.2.3).
-    fn substitute(
-        &self,
-        base: Elements<'a>,
+    fn substitute<'s>(
+        &'s self,
+        base: Elements<'s>,
         sparse: &Sparse,
         index: usize,
         user: &str,
-    ) -> Result<Elements<'a>, ImportProblem> {
+    ) -> Result<Elements<'s>, ImportProblem> {
         let size = base.width * base.component.size();
         let indices = &sparse.indices;
         if matches!(indices.component_type, ComponentType::I8 | ComponentType::I16 | ComponentType::F32) {
@@ -196,6 +224,10 @@ impl<'a> Accessors<'a> {
         let places = self.packed(indices.buffer_view, indices.byte_offset, sparse.count, index_size, index, user)?;
         let values =
             self.packed(sparse.values.buffer_view, sparse.values.byte_offset, sparse.count, size, index, user)?;
+        if sparse.count > base.count as u64 {
+            let problem = format!("it replaces {} of its {} elements", sparse.count, base.count);
+            return Err(wrong(index, user, &problem));
+        }
         let mut packed = base.packed(size);
         for (place, value) in places.chunks_exact(index_size).zip(values.chunks_exact(size)) {
             let place = unsigned(place, indices.component_type);
@@ -220,7 +252,7 @@ impl<'a> Accessors<'a> {
         size: usize,
         index: usize,
         user: &str,
-    ) -> Result<&'a [u8], ImportProblem> {
+    ) -> Result<&[u8], ImportProblem> {
         let (bytes, _) = self.view(view, user)?;
         let needed = count.saturating_mul(size as u64).saturating_add(offset);
         if needed > bytes.len() as u64 {

@@ -10,42 +10,32 @@ use base64::Engine as _;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
+use super::compression::is_fallback;
 use super::document::Document;
 use super::error::ImportProblem;
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 const GLB_HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;
 const CHUNK_JSON: u32 = 0x4E4F_534A;
 const CHUNK_BIN: u32 = 0x004E_4942;
 
 /// A model file in memory, split into its JSON and its binary chunk (glTF 2.0, section 4.4).
-pub(super) struct Container {
-    bytes: Vec<u8>,
-    json: Range<usize>,
-    binary: Option<Range<usize>>,
+pub(super) struct Container<'a> {
+    pub json: &'a [u8],
+    binary: Option<&'a [u8]>,
 }
 
-impl Container {
-    /// Reads a `.glb` or a `.gltf`; which one is decided by its first bytes.
-    pub(super) fn read(path: &Path) -> Result<Self, ImportProblem> {
-        let bytes = read_file(path, "the model itself")?;
+impl<'a> Container<'a> {
+    /// Takes a `.glb` or a `.gltf` apart; which one it is is decided by its first bytes.
+    pub(super) fn split(bytes: &'a [u8]) -> Result<Self, ImportProblem> {
         if bytes.starts_with(GLB_MAGIC) {
-            let (json, binary) = split_glb(&bytes)?;
-            Ok(Self { bytes, json, binary })
+            let (json, binary) = split_glb(bytes)?;
+            Ok(Self { json: &bytes[json], binary: binary.map(|range| &bytes[range]) })
         } else {
-            let byte_order_mark = if bytes.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
-            let json = byte_order_mark..bytes.len();
-            Ok(Self { bytes, json, binary: None })
+            Ok(Self { json: bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), binary: None })
         }
-    }
-
-    pub(super) fn json(&self) -> &[u8] {
-        &self.bytes[self.json.clone()]
-    }
-
-    fn binary(&self) -> Option<&[u8]> {
-        self.binary.clone().map(|range| &self.bytes[range])
     }
 }
 
@@ -99,7 +89,7 @@ fn chunk(bytes: &[u8], offset: usize) -> Result<(u32, Range<usize>), ImportProbl
 }
 
 /// Contents of a regular file; a device or a pipe would never end, so they are refused.
-fn read_file(path: &Path, wanted_by: &str) -> Result<Vec<u8>, ImportProblem> {
+pub(super) fn read_file(path: &Path, wanted_by: &str) -> Result<Vec<u8>, ImportProblem> {
     let failed = |source: io::Error| {
         let path = path.to_owned();
         let wanted_by = wanted_by.to_owned();
@@ -115,8 +105,8 @@ fn read_file(path: &Path, wanted_by: &str) -> Result<Vec<u8>, ImportProblem> {
     fs::read(path).map_err(failed)
 }
 
-/// Bytes behind a URI: a data URI, or a file relative to `directory`.
-pub(super) fn load_uri(uri: &str, directory: &Path, at: &str) -> Result<Vec<u8>, ImportProblem> {
+/// Bytes behind a URI: a data URI, or a file relative to `directory`, if there is one.
+pub(super) fn load_uri(uri: &str, directory: Option<&Path>, at: &str) -> Result<Vec<u8>, ImportProblem> {
     let wrong = |problem: String| ImportProblem::Uri { at: at.to_owned(), problem };
     if let Some(rest) = uri.strip_prefix("data:") {
         let (kind, payload) = rest.split_once(',').ok_or_else(|| wrong("the data URI has no comma".to_owned()))?;
@@ -131,6 +121,9 @@ pub(super) fn load_uri(uri: &str, directory: &Path, at: &str) -> Result<Vec<u8>,
     if uri.contains("://") {
         return Err(wrong(format!("\"{uri}\" is not a local file")));
     }
+    let Some(directory) = directory else {
+        return Err(wrong(format!("\"{uri}\" is a file, and the model, which is none, has no folder to find it in")));
+    };
     let name = percent_encoding::percent_decode_str(uri)
         .decode_utf8()
         .map_err(|_| wrong(format!("\"{uri}\" is not UTF-8")))?;
@@ -140,16 +133,21 @@ pub(super) fn load_uri(uri: &str, directory: &Path, at: &str) -> Result<Vec<u8>,
     read_file(&directory.join(name.as_ref()), at)
 }
 
-/// The document's buffers; `None` where one holds no data (a compression fallback).
+/// The document's buffers; `None` where one holds no data or stands in for compressed data.
 pub(super) struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
 
 impl<'a> Buffers<'a> {
     /// Loads every buffer and checks its length.
-    pub(super) fn load(document: &Document, container: &'a Container, directory: &Path) -> Result<Self, ImportProblem> {
+    pub(super) fn load(
+        document: &Document,
+        container: &Container<'a>,
+        directory: Option<&Path>,
+    ) -> Result<Self, ImportProblem> {
         let mut buffers = Vec::with_capacity(document.buffers.len());
         for (index, buffer) in document.buffers.iter().enumerate() {
             let at = format!("buffers[{index}]");
-            let bytes = match (&buffer.uri, container.binary()) {
+            let bytes = match (&buffer.uri, container.binary) {
+                _ if is_fallback(buffer) => None,
                 (Some(uri), _) => Some(Cow::Owned(load_uri(uri, directory, &at)?)),
                 (None, Some(binary)) if index == 0 => Some(Cow::Borrowed(binary)),
                 (None, _) => None,

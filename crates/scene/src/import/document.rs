@@ -3,12 +3,17 @@
 //! Numbers are f64 as written: a node 10^6 m from the origin keeps its millimetres.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer as _};
+use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::error::ImportProblem;
+
+/// Members of a JSON object as text, parsed where they are used: a tree of values would take ten times the file.
+type Object<'a> = BTreeMap<String, &'a RawValue>;
 
 /// Extension objects by name.
 pub(super) type Extensions = Map<String, Value>;
@@ -29,6 +34,7 @@ pub(super) struct Document {
     pub animations: Vec<Animation>,
     pub cameras: Vec<Camera>,
     pub lights: Vec<Light>,
+    pub variants: Vec<Variant>,
     pub materials: Vec<Material>,
     pub textures: Vec<Texture>,
     pub samplers: Vec<TextureSampler>,
@@ -38,36 +44,31 @@ pub(super) struct Document {
 impl Document {
     /// Parses the JSON chunk.
     pub(super) fn parse(json: &[u8]) -> Result<Self, ImportProblem> {
-        let mut root: Map<String, Value> =
-            serde_json::from_slice(json).map_err(|source| ImportProblem::Json { source })?;
+        let root: Object = serde_json::from_slice(json).map_err(|source| ImportProblem::Json { source })?;
         let asset = root
-            .remove("asset")
+            .get("asset")
             .ok_or_else(|| ImportProblem::Schema { at: "asset".to_owned(), problem: "missing".to_owned() })?;
-        let mut extensions: Extensions =
-            value(root.remove("extensions").unwrap_or_default(), "extensions").map(Option::unwrap_or_default)?;
-        let lights = match extensions.remove("KHR_lights_punctual") {
-            Some(Value::Object(mut extension)) => list(&mut extension, "lights")?,
-            _ => Vec::new(),
-        };
+        let extensions = object(&root, "extensions")?;
         Ok(Self {
-            asset: value(asset, "asset")?,
-            extensions_used: list(&mut root, "extensionsUsed")?,
-            extensions_required: list(&mut root, "extensionsRequired")?,
-            buffers: list(&mut root, "buffers")?,
-            buffer_views: list(&mut root, "bufferViews")?,
-            accessors: list(&mut root, "accessors")?,
-            meshes: list(&mut root, "meshes")?,
-            nodes: list(&mut root, "nodes")?,
-            scenes: list(&mut root, "scenes")?,
-            scene: value(root.remove("scene").unwrap_or_default(), "scene")?,
-            skins: list(&mut root, "skins")?,
-            animations: list(&mut root, "animations")?,
-            cameras: list(&mut root, "cameras")?,
-            lights,
-            materials: list(&mut root, "materials")?,
-            textures: list(&mut root, "textures")?,
-            samplers: list(&mut root, "samplers")?,
-            images: list(&mut root, "images")?,
+            asset: parse(asset, "asset")?,
+            extensions_used: list(&root, "extensionsUsed")?,
+            extensions_required: list(&root, "extensionsRequired")?,
+            buffers: list(&root, "buffers")?,
+            buffer_views: list(&root, "bufferViews")?,
+            accessors: list(&root, "accessors")?,
+            meshes: list(&root, "meshes")?,
+            nodes: list(&root, "nodes")?,
+            scenes: list(&root, "scenes")?,
+            scene: root.get("scene").map_or(Ok(None), |scene| parse(scene, "scene"))?,
+            skins: list(&root, "skins")?,
+            animations: list(&root, "animations")?,
+            cameras: list(&root, "cameras")?,
+            lights: extension_list(&extensions, "KHR_lights_punctual", "lights")?,
+            variants: extension_list(&extensions, "KHR_materials_variants", "variants")?,
+            materials: list(&root, "materials")?,
+            textures: list(&root, "textures")?,
+            samplers: list(&root, "samplers")?,
+            images: list(&root, "images")?,
         })
     }
 
@@ -77,11 +78,16 @@ impl Document {
     }
 }
 
-/// An element for messages: its place in the JSON and, if it has one, its name.
+/// Most characters of a name in a message; a file may have a message for each of its elements.
+const LABEL_LENGTH: usize = 64;
+
+/// An element for messages: its place in the JSON and, if it has one, its name or how that begins.
 pub(super) fn label(list: &str, index: usize, name: Option<&str>) -> String {
-    match name {
-        Some(name) if !name.is_empty() => format!("{list}[{index}] \"{name}\""),
-        _ => format!("{list}[{index}]"),
+    let name = name.unwrap_or_default();
+    match name.char_indices().nth(LABEL_LENGTH) {
+        _ if name.is_empty() => format!("{list}[{index}]"),
+        None => format!("{list}[{index}] \"{name}\""),
+        Some((end, _)) => format!("{list}[{index}] \"{}...\"", &name[..end]),
     }
 }
 
@@ -105,16 +111,66 @@ pub(super) fn extension<T: DeserializeOwned>(
 }
 
 fn value<T: DeserializeOwned>(value: Value, at: &str) -> Result<T, ImportProblem> {
-    serde_json::from_value(value)
-        .map_err(|error| ImportProblem::Schema { at: at.to_owned(), problem: error.to_string() })
+    serde_json::from_value(value).map_err(|error| schema(at, &error))
 }
 
-fn list<T: DeserializeOwned>(root: &mut Map<String, Value>, name: &str) -> Result<Vec<T>, ImportProblem> {
-    let Some(items) = root.remove(name) else { return Ok(Vec::new()) };
-    let Value::Array(items) = items else {
+fn parse<'a, T: Deserialize<'a>>(text: &'a RawValue, at: &str) -> Result<T, ImportProblem> {
+    serde_json::from_str(text.get()).map_err(|error| schema(at, &error))
+}
+
+/// Lines and columns would count from the element's beginning, so they are left out.
+fn schema(at: &str, error: &serde_json::Error) -> ImportProblem {
+    let problem = error.to_string();
+    let problem = problem.split(" at line ").next().unwrap_or_default().to_owned();
+    ImportProblem::Schema { at: at.to_owned(), problem }
+}
+
+/// An object within another, empty if there is none.
+fn object<'a>(parent: &Object<'a>, name: &str) -> Result<Object<'a>, ImportProblem> {
+    match parent.get(name) {
+        Some(text) if text.get() != "null" => parse(text, name),
+        _ => Ok(Object::new()),
+    }
+}
+
+/// A list that an extension adds to the document.
+fn extension_list<T: DeserializeOwned>(
+    extensions: &Object,
+    extension: &str,
+    name: &str,
+) -> Result<Vec<T>, ImportProblem> {
+    list(&object(extensions, extension)?, name)
+}
+
+/// A list of the document, each element parsed as it comes.
+fn list<T: DeserializeOwned>(parent: &Object, name: &str) -> Result<Vec<T>, ImportProblem> {
+    let Some(text) = parent.get(name) else { return Ok(Vec::new()) };
+    if !text.get().starts_with('[') {
         return Err(ImportProblem::Schema { at: name.to_owned(), problem: "not an array".to_owned() });
-    };
-    items.into_iter().enumerate().map(|(index, item)| value(item, &format!("{name}[{index}]"))).collect()
+    }
+    let mut elements = Vec::new();
+    match serde_json::Deserializer::from_str(text.get()).deserialize_seq(Elements(&mut elements)) {
+        Ok(()) => Ok(elements),
+        Err(error) => Err(schema(&format!("{name}[{}]", elements.len()), &error)),
+    }
+}
+
+/// Appends elements to a list that is still there after an error, to tell which of them it was.
+struct Elements<'a, T>(&'a mut Vec<T>);
+
+impl<'de, T: Deserialize<'de>> Visitor<'de> for Elements<'_, T> {
+    type Value = ();
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("an array")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut sequence: A) -> Result<(), A::Error> {
+        while let Some(element) = sequence.next_element()? {
+            self.0.push(element);
+        }
+        Ok(())
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -129,6 +185,8 @@ pub(super) struct Asset {
 pub(super) struct Buffer {
     pub uri: Option<String>,
     pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
 
 #[derive(Debug, Deserialize)]
@@ -139,6 +197,8 @@ pub(super) struct BufferView {
     pub byte_offset: u64,
     pub byte_length: u64,
     pub byte_stride: Option<u64>,
+    #[serde(default)]
+    pub extensions: Extensions,
 }
 
 /// `componentType`, by its OpenGL constant.
@@ -375,6 +435,12 @@ pub(super) struct Spot {
 #[derive(Debug, Deserialize)]
 pub(super) struct NodeLight {
     pub light: usize,
+}
+
+/// KHR_materials_variants.
+#[derive(Debug, Deserialize)]
+pub(super) struct Variant {
+    pub name: String,
 }
 
 #[derive(Debug, Deserialize)]

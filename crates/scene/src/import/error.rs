@@ -105,13 +105,21 @@ pub enum ImportProblem {
     },
     /// A buffer has neither a URI nor the container's binary chunk.
     #[error(
-        "{at}: buffers[{buffer}] holds no data; if it is a compression fallback, decompress the file with `gltfpack -noq -i in.glb -o out.glb`"
+        "{at}: buffers[{buffer}] holds no data, it may only stand in for compressed data; export the file again with its buffers"
     )]
     MissingBuffer {
         /// The element that reads it.
         at: String,
         /// The buffer.
         buffer: usize,
+    },
+    /// A compressed buffer view does not decode.
+    #[error("{at}: its bytes are no compressed {content}; they are damaged, export or download the file again")]
+    Compressed {
+        /// The buffer view.
+        at: String,
+        /// What the bytes should hold: attributes, triangles or indices.
+        content: &'static str,
     },
     /// A URI is malformed, or names something that is not a local file.
     #[error("{at}: {problem}; use a relative file name or a base64 data URI")]

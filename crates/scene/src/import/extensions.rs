@@ -5,15 +5,19 @@ use super::document::Document;
 use super::error::ImportProblem;
 
 /// Extensions whose content is imported.
-const SUPPORTED: [&str; 9] = [
+const SUPPORTED: [&str; 13] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_dispersion",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
+    "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_texture_transform",
 ];
 
@@ -46,13 +50,9 @@ fn is_supported(name: &str) -> bool {
 fn remedy(name: &str) -> &'static str {
     match name {
         DRACO => "decompress it with `gltf-transform copy in.glb out.glb`",
-        "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "decompress it with `gltf-transform copy in.glb out.glb` or `gltfpack -noq -i in.glb -o out.glb`"
-        }
         "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => {
             "convert its textures with `gltf-transform png in.glb out.glb`"
         }
-        "EXT_mesh_gpu_instancing" => "export it with one node per instance",
         _ => "export it without the extension, or make it optional by removing it from `extensionsRequired`",
     }
 }

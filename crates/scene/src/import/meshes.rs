@@ -8,6 +8,7 @@ use super::error::ImportProblem;
 use super::extensions::{DRACO, unsupported};
 use super::normals::{normalize_normals, normalize_tangents};
 use super::topology::{Topology, triangulate, unweld, unwelded_size};
+use super::variants;
 use crate::{Mesh, MorphTarget, Primitive};
 
 /// Imports every mesh. Primitives that are not triangles are dropped with a warning.
@@ -41,20 +42,28 @@ fn import_mesh(
             Err(reason) => warnings.push(format!("{at} dropped: {reason}")),
         }
     }
-    equalize_targets(&mut mesh, &mesh_label, warnings);
+    equalize_targets(&mut mesh, accessors, &mesh_label, warnings)?;
     Ok(mesh)
 }
 
 /// A mesh has one list of morph weights, so every primitive gets the longest list of targets.
-fn equalize_targets(mesh: &mut Mesh, mesh_label: &str, warnings: &mut Vec<String>) {
+fn equalize_targets(
+    mesh: &mut Mesh,
+    accessors: &Accessors,
+    mesh_label: &str,
+    warnings: &mut Vec<String>,
+) -> Result<(), ImportProblem> {
     let most = mesh.primitives.iter().map(|primitive| primitive.targets.len()).max().unwrap_or(0);
     if mesh.primitives.iter().any(|primitive| primitive.targets.len() < most) {
+        let size = mesh.primitives.len() as u64 * (most * size_of::<MorphTarget>()) as u64;
+        accessors.reserve(size, || mesh_label.to_owned())?;
         warnings
             .push(format!("{mesh_label}: its primitives have different numbers of morph targets; empty ones added"));
         for primitive in &mut mesh.primitives {
             primitive.targets.resize_with(most, MorphTarget::default);
         }
     }
+    Ok(())
 }
 
 struct PrimitiveReader<'a> {
@@ -105,6 +114,7 @@ impl PrimitiveReader<'_> {
             weights,
             targets: self.targets(positions.len())?,
             material: self.source.material,
+            variant_materials: variants::materials(self.document, self.accessors, self.source, self.at, warnings)?,
             positions,
             triangles,
         };

@@ -13,6 +13,7 @@ const AFFINE_TOLERANCE: f64 = 1e-4;
 /// Imports every node and checks that they form a forest.
 pub(super) fn import(
     document: &Document,
+    accessors: &Accessors,
     meshes: &[Mesh],
     skins: &[Skin],
     warnings: &mut Vec<String>,
@@ -33,7 +34,7 @@ pub(super) fn import(
             skin: source.skin,
             camera: source.camera,
             light: light(document, source, &at)?,
-            weights: weights(document, source, meshes, &at, warnings),
+            weights: weights(document, accessors, source, meshes, &at, warnings)?,
         });
     }
     Ok(nodes)
@@ -131,17 +132,21 @@ fn affine(columns: [f64; 16], what: &str, warnings: &mut Vec<String>) -> DMat4 {
 }
 
 fn transform(node: &document::Node, at: &str) -> Result<Transform, ImportProblem> {
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
-    let length = rotation.length();
-    if !(length > 1e-6 && length.is_finite()) {
-        let problem = format!("its rotation is a quaternion of length {length}, not 1");
-        return Err(ImportProblem::Value { at: at.to_owned(), problem });
-    }
     Ok(Transform {
         translation: node.translation.map_or(DVec3::ZERO, DVec3::from_array),
-        rotation: rotation / length,
+        rotation: unit_rotation(node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array), at)?,
         scale: node.scale.map_or(DVec3::ONE, DVec3::from_array),
     })
+}
+
+/// The rotation that a quaternion of nearly any length stands for.
+pub(super) fn unit_rotation(rotation: DQuat, at: &str) -> Result<DQuat, ImportProblem> {
+    let length = rotation.length();
+    if length > 1e-6 && length.is_finite() {
+        return Ok(rotation / length);
+    }
+    let problem = format!("its rotation is a quaternion of length {length}, not 1");
+    Err(ImportProblem::Value { at: at.to_owned(), problem })
 }
 
 fn light(document: &Document, node: &document::Node, at: &str) -> Result<Option<usize>, ImportProblem> {
@@ -153,20 +158,23 @@ fn light(document: &Document, node: &document::Node, at: &str) -> Result<Option<
 /// Weights at rest, one per morph target.
 fn weights(
     document: &Document,
+    accessors: &Accessors,
     node: &document::Node,
     meshes: &[Mesh],
     at: &str,
     warnings: &mut Vec<String>,
-) -> Vec<f64> {
-    let Some(mesh) = node.mesh else { return Vec::new() };
+) -> Result<Vec<f64>, ImportProblem> {
+    let Some(mesh) = node.mesh else { return Ok(Vec::new()) };
     let targets = target_count(&meshes[mesh]);
     let stored = node.weights.as_ref().or(document.meshes[mesh].weights.as_ref());
+    let length = stored.map_or(0, Vec::len).max(targets);
+    accessors.reserve((length * size_of::<f64>()) as u64, || at.to_owned())?;
     let mut weights = stored.cloned().unwrap_or_default();
     if stored.is_some() && weights.len() != targets {
         warnings.push(format!("{at}: {} morph weights for {targets} targets", weights.len()));
     }
     weights.resize(targets, 0.0);
-    weights
+    Ok(weights)
 }
 
 /// Morph targets of a mesh; its primitives have equally many.

@@ -1,5 +1,6 @@
 //! Indices that the import itself may never follow: a file in which they are wrong is damaged all the same.
 
+use super::compression;
 use super::document::{Document, get, label};
 use super::error::ImportProblem;
 
@@ -11,6 +12,13 @@ pub(super) fn check(document: &Document) -> Result<(), ImportProblem> {
         let needed = view.byte_offset.saturating_add(view.byte_length);
         if needed > buffer.byte_length {
             return Err(ImportProblem::OutOfBounds { at, needed, available: buffer.byte_length });
+        }
+        if let Some(compression) = compression::of(view, &at)? {
+            let buffer = get(&document.buffers, compression.buffer, "buffers", &at)?;
+            let needed = compression.byte_offset.saturating_add(compression.byte_length);
+            if needed > buffer.byte_length {
+                return Err(ImportProblem::OutOfBounds { at, needed, available: buffer.byte_length });
+            }
         }
     }
     for (index, accessor) in document.accessors.iter().enumerate() {

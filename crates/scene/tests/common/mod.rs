@@ -60,6 +60,51 @@ impl Model {
         model
     }
 
+    /// A triangle with everything that has a count: indices, sparse values, a skin, a morph target, a clip, instances,
+    /// variants and compressed positions.
+    pub fn rich() -> Self {
+        let mut model = Self::triangle();
+        let indices = model.accessor(5121, "SCALAR", 3, &[0, 1, 2]);
+        let joints = model.accessor(5121, "VEC4", 3, &[0; 12]);
+        let weights = model.floats("VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(3));
+        let matrices = model.floats("MAT4", &glam::Mat4::IDENTITY.to_cols_array());
+        let [times, places] = [model.floats("SCALAR", &[0.0, 1.0]), model.floats("VEC3", &[0.0; 6])];
+        let encoded = meshopt::encode_vertex_buffer(&[[0.0_f32; 3]; 3]).expect("encoded");
+        let view = model.view(&encoded);
+        let mut compression = model.json["bufferViews"][view].take();
+        compression["count"] = json!(3);
+        compression["byteStride"] = json!(12);
+        compression["mode"] = json!("ATTRIBUTES");
+        let compressed = json!({ "EXT_meshopt_compression": compression });
+        model.json["bufferViews"][view] = json!({ "buffer": 0, "byteLength": 36, "extensions": compressed });
+        let [place, value] = [model.view(&[1]), model.view(&[0; 12])];
+        let accessors = model.json["accessors"].as_array_mut().expect("a list");
+        accessors.push(json!({ "bufferView": view, "componentType": 5126, "type": "VEC3", "count": 3, "sparse": {
+            "count": 1,
+            "indices": { "bufferView": place, "componentType": 5121 },
+            "values": { "bufferView": value },
+        }}));
+        let target = accessors.len() - 1;
+        let primitive = &mut model.json["meshes"][0]["primitives"][0];
+        primitive["indices"] = json!(indices);
+        primitive["material"] = json!(0);
+        primitive["attributes"]["JOINTS_0"] = json!(joints);
+        primitive["attributes"]["WEIGHTS_0"] = json!(weights);
+        primitive["targets"] = json!([{ "POSITION": target }]);
+        primitive["extensions"] =
+            json!({ "KHR_materials_variants": { "mappings": [{ "material": 0, "variants": [0] }] } });
+        model.json["materials"] = json!([{}]);
+        model.json["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "only" }] } });
+        model.json["skins"] = json!([{ "joints": [1], "inverseBindMatrices": matrices }]);
+        let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": places } } });
+        model.json["nodes"] = json!([{ "mesh": 0, "skin": 0 }, {}, { "mesh": 0, "extensions": instances }]);
+        model.json["animations"] = json!([{
+            "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
+            "samplers": [{ "input": times, "output": places }],
+        }]);
+        model
+    }
+
     /// Appends a buffer view; returns its index.
     pub fn view(&mut self, bytes: &[u8]) -> usize {
         let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
@@ -98,8 +143,16 @@ impl Model {
 
     /// A GLB container.
     pub fn glb(&self) -> Vec<u8> {
+        self.glb_with_buffers(&[])
+    }
+
+    /// A GLB container whose JSON lists further buffers after its own.
+    pub fn glb_with_buffers(&self, others: &[Value]) -> Vec<u8> {
         let mut json = self.json.clone();
         json["buffers"] = json!([{ "byteLength": self.bytes.len() }]);
+        for buffer in others {
+            push(&mut json["buffers"], buffer.clone());
+        }
         let mut text = serde_json::to_vec(&json).expect("a JSON value is written");
         text.resize(text.len().next_multiple_of(4), b' ');
         let mut binary = self.bytes.clone();
