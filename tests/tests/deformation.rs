@@ -18,7 +18,7 @@ use murano_animation::{
 };
 use murano_gpu::{Gpu, Work};
 use murano_render::{Renderer, World};
-use murano_scene::{Scene, import};
+use murano_scene::{Scene, Skinning, import};
 use murano_scheduler::{History, Plan, Skipping};
 use murano_tests::bench::{asset, gpu, shared};
 
@@ -121,8 +121,9 @@ fn vectors(bytes: &[u8], count: usize) -> Vec<DVec3> {
 }
 
 /// Deforms a model in many poses.
-fn measure(gpu: &Gpu, path: &Path, samples: u32) -> Option<Worst> {
-    let scene = import(path).ok()?;
+fn measure(gpu: &Gpu, path: &Path, samples: u32, skinning: Skinning) -> Option<Worst> {
+    let mut scene = import(path).ok()?;
+    scene.skinning = skinning;
     let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
     let leaves = GeometryLeaves::new(&geometry);
     let mut worst = Worst::default();
@@ -147,7 +148,7 @@ fn measure(gpu: &Gpu, path: &Path, samples: u32) -> Option<Worst> {
 }
 
 /// Measures models and prints a table; those that do not import are for the importer's tests.
-fn survey(models: &[PathBuf], samples: u32) {
+fn survey(models: &[PathBuf], samples: u32, skinning: Skinning) {
     let gpu = GPU.lock().unwrap_or_else(PoisonError::into_inner);
     let heading = ["model", "vertices", "poses", "diameters", "degrees", "irregular"];
     let [model, vertices, poses, diameters, degrees, irregular] = heading;
@@ -156,7 +157,7 @@ fn survey(models: &[PathBuf], samples: u32) {
     for path in models {
         let name = path.iter().rev().take(2).collect::<Vec<&OsStr>>();
         let name = name.iter().rev().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/");
-        match measure(&gpu, path, samples) {
+        match measure(&gpu, path, samples, skinning) {
             Some(worst) => {
                 eprintln!("{}", worst.row(&name));
                 all.push((name, worst));
@@ -192,14 +193,14 @@ fn models_in(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn our_own_models_deform_as_in_f64() {
-    survey(&models_in(&asset("")), SAMPLES);
+    survey(&models_in(&asset("")), SAMPLES, Skinning::Linear);
 }
 
 #[test]
 fn known_characters_deform_as_in_f64() {
     let models = data(&["gltf/Fox.glb", "gltf/CesiumMan.glb", "gltf/RiggedFigure.glb", "gltf/AnimatedMorphCube.glb"]);
     if !models.is_empty() {
-        survey(&models, SAMPLES);
+        survey(&models, SAMPLES, Skinning::Linear);
     }
 }
 
@@ -207,7 +208,7 @@ fn known_characters_deform_as_in_f64() {
 fn large_scans_deform_as_in_f64() {
     let models = data(&["paper/bunny_69k.glb", "paper/armadillo_346k.glb"]);
     if !models.is_empty() {
-        survey(&models, SAMPLES);
+        survey(&models, SAMPLES, Skinning::Linear);
     }
 }
 
@@ -219,7 +220,14 @@ fn every_model_at_hand_deforms_as_in_f64() {
             .collect();
     let Some(folder) = shared("data/gltf") else { return };
     let models: Vec<PathBuf> = models_in(&folder).into_iter().filter(|path| !known.contains(path)).collect();
-    survey(&models, SAMPLES);
+    survey(&models, SAMPLES, Skinning::Linear);
+}
+
+#[test]
+fn dual_quaternions_deform_as_in_f64() {
+    let mut models = models_in(&asset(""));
+    models.extend(data(&["gltf/Fox.glb", "gltf/CesiumMan.glb", "gltf/RiggedFigure.glb", "paper/bunny_69k.glb"]));
+    survey(&models, 10, Skinning::DualQuaternion);
 }
 
 /// What the renderer makes of a model is what the deformation makes of it, however it is sorted into bodies.

@@ -1,8 +1,11 @@
 //! Axis-aligned boxes, and the box of a posed body without deforming its vertices.
 
 use glam::{DMat4, DVec3};
+use murano_scene::Skinning;
 
+use crate::companies::Company;
 use crate::geometry::{Geometry, PaletteEntry};
+use crate::motion::Motion;
 use crate::pose::Pose;
 
 /// Share of its own diagonal by which a posed box is widened, so that it also holds the vertices as f32 arithmetic
@@ -75,6 +78,23 @@ impl Bounds {
         Self { min: self.min - margin, max: self.max + margin }
     }
 
+    /// The box that holds its points after displacements inside of others, each times a weight.
+    #[must_use]
+    pub(crate) fn morphed(self, displacements: &[Self], weights: &[f64]) -> Self {
+        displacements.iter().zip(weights).fold(self, |morphed, (displacement, &weight)| {
+            let (a, b) = (displacement.min * weight, displacement.max * weight);
+            Self { min: morphed.min + a.min(b), max: morphed.max + a.max(b) }
+        })
+    }
+
+    /// Its eight corners.
+    pub(crate) fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|corner| {
+            let high = |axis: usize| if corner >> axis & 1 == 1 { self.max[axis] } else { self.min[axis] };
+            DVec3::new(high(0), high(1), high(2))
+        })
+    }
+
     /// The box around the image of this one under an affine map (Arvo, "Transforming axis-aligned bounding boxes",
     /// Graphics Gems, 1990).
     #[must_use]
@@ -95,23 +115,34 @@ impl PaletteEntry {
     /// World bounds of what this matrix makes of the vertices that it influences. A skinned vertex is a convex
     /// combination of such images, so it lies in the box around all of an instance's entries.
     fn posed_bounds(&self, pose: &Pose, weights: &[f64]) -> Bounds {
-        let mut morphed = self.rest;
-        for (displacement, &weight) in self.displacements.iter().zip(weights) {
-            let (a, b) = (displacement.min * weight, displacement.max * weight);
-            morphed = Bounds { min: morphed.min + a.min(b), max: morphed.max + a.max(b) };
-        }
-        morphed.transformed(&(pose.world_from_node[self.node] * self.node_from_vertex))
+        self.rest
+            .morphed(&self.displacements, weights)
+            .transformed(&(pose.world_from_node[self.node] * self.node_from_vertex))
     }
 }
 
 impl Geometry {
     /// World bounds of each posed instance, without deforming its vertices: never too small, usually a little too large.
     pub fn posed_instance_bounds(&self, pose: &Pose) -> Vec<Bounds> {
+        let motions: Vec<Motion> = match self.skinning {
+            Skinning::Linear => Vec::new(),
+            Skinning::DualQuaternion => {
+                self.palette_entries.iter().map(|entry| Motion::of(&entry.world_from_vertex(pose))).collect()
+            }
+        };
         let bounds_of = |instance: &crate::Instance| {
             let entries = &self.palette_entries[instance.palette.start as usize..instance.palette.end as usize];
             let weights = &pose.weights[instance.node];
-            let bounds =
-                entries.iter().map(|entry| entry.posed_bounds(pose, weights)).fold(Bounds::EMPTY, Bounds::union);
+            let bounds = match self.skinning {
+                Skinning::Linear => {
+                    entries.iter().map(|entry| entry.posed_bounds(pose, weights)).fold(Bounds::EMPTY, Bounds::union)
+                }
+                Skinning::DualQuaternion => {
+                    let companies = &self.companies[instance.companies.start as usize..instance.companies.end as usize];
+                    let of = |company: &Company| company.posed_bounds(&motions, weights);
+                    companies.iter().map(of).fold(Bounds::EMPTY, Bounds::union)
+                }
+            };
             let reach = bounds.center().abs().max_element();
             bounds.widened(DEFORMATION_MARGIN * bounds.diameter() + WORLD_MARGIN * reach)
         };

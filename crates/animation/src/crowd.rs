@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::deform::PoseLeaves;
 use crate::geometry::Geometry;
 use crate::layer::Layer;
-use crate::palette::AffineRows;
+use crate::palette::PaletteRow;
 use crate::pose::Pose;
 use crate::rig::{Rig, Workspace};
 use crate::targets::{ActiveRange, ActiveTarget};
@@ -27,7 +27,7 @@ pub struct Character {
 /// Up to 32 characters, as they were posed last.
 pub struct Block {
     shown: Vec<Character>,
-    palette: Vec<AffineRows>,
+    palette: Vec<PaletteRow>,
     /// Of every character.
     targets: Vec<(Vec<ActiveTarget>, Vec<ActiveRange>)>,
     pub(crate) leaves: PoseLeaves,
@@ -45,17 +45,17 @@ impl Block {
     }
 
     /// [`Geometry::palette`] of its characters, one after the other.
-    pub fn palette(&self) -> &[AffineRows] {
+    pub fn palette(&self) -> &[PaletteRow] {
         &self.palette
     }
 
-    fn new(characters: usize, palette_len: usize) -> Self {
+    fn new(characters: usize, palette_rows: usize) -> Self {
         Self {
             shown: Vec::with_capacity(characters),
-            palette: vec![AffineRows::default(); characters * palette_len],
+            palette: vec![PaletteRow::default(); characters * palette_rows],
             targets: vec![(Vec::new(), Vec::new()); characters],
             leaves: PoseLeaves {
-                palette: Leaf::of::<AffineRows>(&[]),
+                palette: Leaf::of::<PaletteRow>(&[]),
                 active_targets: Leaf::of::<ActiveTarget>(&[]),
                 active_ranges: Leaf::of::<ActiveRange>(&[]),
             },
@@ -113,12 +113,12 @@ impl Posing<'_> {
     fn pose(
         &mut self,
         character: &Character,
-        palettes: &mut [AffineRows],
+        palettes: &mut [PaletteRow],
         targets: &mut [(Vec<ActiveTarget>, Vec<ActiveRange>)],
         index: usize,
     ) {
         self.rig.pose_at(&character.playing, &character.place, &mut self.workspace, &mut self.pose);
-        let len = self.geometry.palette_len();
+        let len = self.geometry.palette_rows();
         self.geometry.palette_into(&self.pose, self.origin, &mut palettes[index * len..][..len]);
         let (active, ranges) = &mut targets[index];
         active.clear();
@@ -154,7 +154,7 @@ impl Crowd {
     /// Poses the characters that are new or do something else than last time, on all cores; render space is world space less
     /// `origin`, and where that has changed, all are posed. Returns how many were.
     pub fn update(&mut self, characters: &[Character], origin: DVec3) -> usize {
-        let len = self.geometry.palette_len();
+        let len = self.geometry.palette_rows();
         let moved = (origin != self.origin).then_some(origin);
         self.origin = origin;
         self.blocks.truncate(characters.len().div_ceil(BLOCK));

@@ -3,6 +3,7 @@
 use encase::ShaderType;
 use glam::DVec3;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, Leaf, ShaderSpec, Work};
+use murano_scene::Skinning;
 use murano_scheduler::{Output, Plan, Stamp};
 
 use crate::crowd::Block;
@@ -13,7 +14,8 @@ pub struct GeometryLeaves {
     vertex_count: usize,
     triangle_count: usize,
     instance_count: usize,
-    palette_len: usize,
+    palette_rows: usize,
+    skinning: Skinning,
     buffers: Vec<(&'static str, Stamp, Leaf)>,
     triangles: (Stamp, Leaf),
     neighbours: (Stamp, Leaf),
@@ -59,7 +61,8 @@ impl GeometryLeaves {
             vertex_count: geometry.vertices.len(),
             triangle_count: geometry.triangles.len(),
             instance_count: geometry.instances.len(),
-            palette_len: geometry.palette_len(),
+            palette_rows: geometry.palette_rows(),
+            skinning: geometry.skinning,
             buffers: vec![
                 leaf("vertices", Leaf::of(&geometry.vertices)),
                 leaf("influence_offsets", Leaf::of(&geometry.influence_offsets)),
@@ -128,10 +131,11 @@ impl GeometryLeaves {
         posed: &PoseLeaves,
         characters: usize,
     ) -> Result<[Output; 2], GpuError> {
-        let shader = gpu.shader(&ShaderSpec::new("animation::deform"))?;
+        let dual = self.skinning == Skinning::DualQuaternion;
+        let shader = gpu.shader(&ShaderSpec::new("animation::deform").feature("dual_quaternion", dual))?;
         let params = Params {
             vertex_count: self.vertex_count as u32,
-            palette_rows: 3 * self.palette_len as u32,
+            palette_rows: self.palette_rows as u32,
             instance_count: self.instance_count as u32,
         };
         let mut pass = ComputePass::new("deform", instance).value("params", &params);

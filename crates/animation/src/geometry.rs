@@ -23,9 +23,10 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec2, Vec4};
-use murano_scene::{NodeIndex, Primitive, Scene};
+use murano_scene::{NodeIndex, Primitive, Scene, Skinning};
 
 use crate::bounds::Bounds;
+use crate::companies::{Company, companies};
 use crate::influences::Binding;
 use crate::targets::MorphWord;
 
@@ -78,6 +79,7 @@ pub struct Instance {
     pub triangles: Range<u32>,
     /// Palette entries.
     pub palette: Range<u32>,
+    pub(crate) companies: Range<u32>,
     /// Morph targets.
     pub targets: u32,
     /// First of its words in [`Geometry::morph_words`]: a row of one word a target for every 8 vertices.
@@ -100,6 +102,8 @@ pub(crate) struct PaletteEntry {
 /// Mesh instances as flat arrays; constant over a clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Geometry {
+    /// How skins are blended.
+    pub skinning: Skinning,
     /// What was concatenated, in order.
     pub instances: Vec<Instance>,
     /// Vertices in the rest pose.
@@ -121,6 +125,8 @@ pub struct Geometry {
     /// Instance of each triangle.
     pub triangle_instances: Vec<u32>,
     pub(crate) palette_entries: Vec<PaletteEntry>,
+    /// Which entries move vertices together, for the bounds of dual quaternions; none for linear blending.
+    pub(crate) companies: Vec<Company>,
 }
 
 /// Why a geometry could not be built.
@@ -183,7 +189,7 @@ impl Geometry {
     /// # Errors
     /// [`GeometryError`] when a pair names nothing or the arrays outgrow 32-bit indices.
     pub fn build(scene: &Scene, instances: &[(NodeIndex, usize)]) -> Result<Self, GeometryError> {
-        let mut geometry = Self { influence_offsets: vec![0], ..Self::default() };
+        let mut geometry = Self { skinning: scene.skinning, influence_offsets: vec![0], ..Self::default() };
         for &(node, primitive) in instances {
             geometry.append(scene, node, primitive).ok_or(GeometryError::NoSuchPrimitive {
                 node,
@@ -239,6 +245,10 @@ impl Geometry {
             binding.push(source, rest, &mut self.palette_entries, &mut self.influences);
             self.influence_offsets.push(self.influences.len() as u32);
         }
+        let companies_start = self.companies.len() as u32;
+        if self.skinning == Skinning::DualQuaternion {
+            self.companies.extend(companies(primitive, &sources, &self.influences_since(vertex_start), pivot));
+        }
         self.push_targets(primitive, &sources);
         self.push_triangles(primitive, vertex_start, instance);
 
@@ -253,10 +263,20 @@ impl Geometry {
             vertices: vertex_start..self.vertices.len() as u32,
             triangles: triangle_start..self.triangles.len() as u32,
             palette: palette_start..self.palette_entries.len() as u32,
+            companies: companies_start..self.companies.len() as u32,
             targets: primitive.targets.len() as u32,
             morph_words,
         });
         Some(())
+    }
+
+    /// Palette entries of every vertex from one on.
+    fn influences_since(&self, vertex: u32) -> Vec<Vec<u32>> {
+        let spans = self.influence_offsets[vertex as usize..].windows(2);
+        let entries = |span: &[u32]| {
+            self.influences[span[0] as usize..span[1] as usize].iter().map(|influence| influence.entry).collect()
+        };
+        spans.map(entries).collect()
     }
 
     fn push_appearance(&mut self, primitive: &Primitive, source: usize) {

@@ -10,11 +10,13 @@
 
 mod adjacency;
 mod bounds;
+mod companies;
 mod crowd;
 mod deform;
 mod geometry;
 mod influences;
 mod layer;
+mod motion;
 mod palette;
 mod playback;
 mod ply;
@@ -34,7 +36,7 @@ pub use crowd::{Block, Character, Crowd};
 pub use deform::{DeformedGeometry, GeometryLeaves};
 pub use geometry::{Geometry, GeometryError, Influence, Instance, RestVertex, shown_primitives};
 pub use layer::{Blend, Layer};
-pub use palette::AffineRows;
+pub use palette::PaletteRow;
 pub use playback::{clip_time, played_time};
 pub use ply::write_ply;
 pub use pose::Pose;

@@ -3,11 +3,12 @@
 //! Nothing here reads the packed arrays of [`Geometry`]; only which vertices there are, and in which order, comes from it.
 
 use glam::{DMat3, DMat4, DVec3, Vec3};
-use murano_scene::{Primitive, Scene};
+use murano_scene::{Primitive, Scene, Skinning};
 use rayon::prelude::*;
 
 use crate::bounds::Bounds;
 use crate::geometry::{Geometry, Instance, source_vertices};
+use crate::motion::Motion;
 use crate::pose::Pose;
 
 /// A deformed body in world space, vertex by vertex as in [`Geometry::vertices`].
@@ -59,6 +60,9 @@ struct Body<'a> {
     world_from_mesh: DMat4,
     /// World matrix times inverse bind matrix of each joint; empty for a rigid body.
     joints: Vec<DMat4>,
+    /// The same about the pivot as motions, where dual quaternions blend them.
+    motions: Option<Vec<Motion>>,
+    pivot: DVec3,
 }
 
 impl<'a> Body<'a> {
@@ -73,7 +77,11 @@ impl<'a> Body<'a> {
                 .map(|(&joint, inverse)| pose.world_from_node[joint] * inverse)
                 .collect()
         });
+        let about_pivot = |joint: &DMat4| Motion::of(&(*joint * DMat4::from_translation(instance.pivot)));
+        let dual = scene.skinning == Skinning::DualQuaternion;
         Self {
+            motions: dual.then(|| joints.iter().map(about_pivot).collect()),
+            pivot: instance.pivot,
             primitive,
             weights: &pose.weights[instance.node],
             world_from_mesh: pose.world_from_node[instance.node],
@@ -82,14 +90,21 @@ impl<'a> Body<'a> {
     }
 
     fn deform(&self, vertex: usize) -> Vertex {
-        let matrix = self.blended_matrix(vertex);
-        let linear = DMat3::from_mat4(matrix);
         let mut position = self.primitive.positions[vertex].as_dvec3();
         let mut normal = entry(self.primitive.normals.as_ref(), vertex);
         for (target, &weight) in self.primitive.targets.iter().zip(self.weights) {
             position += weight * entry(target.positions.as_ref(), vertex);
             normal += weight * entry(target.normals.as_ref(), vertex);
         }
+        if let Some(motion) = self.mean_motion(vertex) {
+            return Vertex {
+                position: motion.apply(position - self.pivot),
+                normal: motion.real * outward(&motion.stretch, normal),
+                mirrored: motion.stretch.determinant() < 0.0,
+            };
+        }
+        let matrix = self.blended_matrix(vertex);
+        let linear = DMat3::from_mat4(matrix);
         Vertex {
             position: matrix.transform_point3(position),
             normal: outward(&linear, normal),
@@ -97,16 +112,27 @@ impl<'a> Body<'a> {
         }
     }
 
+    /// Joints that move a vertex, and their weights as stored.
+    fn influences(&self, vertex: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let sets = self.primitive.joints.iter().zip(&self.primitive.weights);
+        sets.filter_map(move |(joints, weights)| Some(joints.get(vertex)?.iter().zip(weights.get(vertex)?)))
+            .flatten()
+            .map(|(&joint, &weight)| (usize::from(joint), f64::from(weight)))
+            .filter(|&(joint, weight)| joint < self.joints.len() && weight > 0.0 && weight.is_finite())
+    }
+
+    /// The mean of the joints' motions; `None` where matrices are blended, or no joint moves the vertex.
+    fn mean_motion(&self, vertex: usize) -> Option<Motion> {
+        let motions = self.motions.as_ref()?;
+        let total: f64 = self.influences(vertex).map(|(_, weight)| weight).sum();
+        Motion::mean(self.influences(vertex).map(|(joint, weight)| (weight / total, motions[joint])))
+    }
+
     /// The weighted mean of the joints' matrices, or the node's matrix for a rigid body.
     fn blended_matrix(&self, vertex: usize) -> DMat4 {
-        let sets = self.primitive.joints.iter().zip(&self.primitive.weights);
-        let influences = sets
-            .filter_map(|(joints, weights)| Some(joints.get(vertex)?.iter().zip(weights.get(vertex)?)))
-            .flatten()
-            .filter_map(|(&joint, &weight)| Some((self.joints.get(usize::from(joint))?, f64::from(weight))))
-            .filter(|&(_, weight)| weight > 0.0 && weight.is_finite());
-        let (sum, total) = influences
-            .fold((DMat4::ZERO, 0.0), |(sum, total), (joint, weight)| (sum + *joint * weight, total + weight));
+        let (sum, total) = self.influences(vertex).fold((DMat4::ZERO, 0.0), |(sum, total), (joint, weight)| {
+            (sum + self.joints[joint] * weight, total + weight)
+        });
         if total > 0.0 {
             return sum * total.recip();
         }

@@ -10,7 +10,7 @@ use murano_refraction::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
 };
 use murano_render::{Settings, Skipping, open_shot};
-use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotLight};
+use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotLight, Skinning};
 
 use crate::layer::{LayerOption, loop_mode};
 use crate::values::{self, CameraWord, CausticsChoice, LightWord};
@@ -61,6 +61,12 @@ pub struct ShotOptions {
     /// all but the clip optional; a mask is nodes with all that hangs on them; may be given several times
     #[arg(long, value_name = "LAYER", help_heading = "Scene")]
     layer: Vec<LayerOption>,
+    /// How joints are blended that move a vertex together: linear, dual-quaternion (keeps the volume of what twists)
+    #[arg(long, value_name = "WAY", value_parser = values::skinning, help_heading = "Scene")]
+    skinning: Option<Skinning>,
+    /// Material variant of the model; see `murano inspect`
+    #[arg(long, value_name = "NAME|INDEX", value_parser = values::clip(), help_heading = "Scene")]
+    variant: Option<ClipChoice>,
     /// The pose stays as it is at --time
     #[arg(long, help_heading = "Scene")]
     hold: bool,
@@ -198,6 +204,8 @@ impl ShotOptions {
         }
         shot.speed = self.speed.unwrap_or(shot.speed);
         shot.repeat = self.repeat.unwrap_or(shot.repeat);
+        shot.skinning = self.skinning.unwrap_or(shot.skinning);
+        shot.variant = self.variant.clone().or(shot.variant);
         shot.layers.extend(self.layer.iter().map(|LayerOption(layer)| layer.clone()));
         if self.hold {
             shot.hold = Some(self.time.or(shot.hold).unwrap_or(0.0));

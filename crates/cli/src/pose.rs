@@ -7,7 +7,7 @@ use clap::Args;
 use glam::DVec3;
 use murano_animation::{Bounds, Deformed, Geometry, Layer, Pose, clip_time, deform_f64, shown_primitives, write_ply};
 use murano_render::{Renderer, World, find_clip};
-use murano_scene::{ClipChoice, LoopMode, Scene};
+use murano_scene::{ClipChoice, LoopMode, Scene, Skinning};
 use serde_json::json;
 
 use crate::{
@@ -29,6 +29,9 @@ pub struct Arguments {
     /// Time in the clip, seconds; outside of it the clip repeats
     #[arg(long, value_name = "S", value_parser = values::number, allow_negative_numbers = true, default_value = "0")]
     time: f64,
+    /// How joints are blended that move a vertex together: linear, dual-quaternion
+    #[arg(long, value_name = "WAY", value_parser = values::skinning, default_value = "linear")]
+    skinning: Skinning,
     /// The file: binary PLY, world space, metres
     #[arg(short, long, value_name = "FILE.ply")]
     output: Option<PathBuf>,
@@ -58,6 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if let Some(output) = &arguments.output {
         prepare_folder(output)?;
     }
+    scene.skinning = arguments.skinning;
     // The renderer keeps glass bodies apart. Without glass it has one geometry, with its vertices in the file's order.
     scene.materials.iter_mut().for_each(|material| material.transmission = 0.0);
     let geometry = Geometry::build(&scene, &shown_primitives(&scene))?;

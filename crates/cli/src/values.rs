@@ -6,7 +6,7 @@ use clap::builder::{PathBufValueParser, PossibleValuesParser, StringValueParser,
 use glam::DVec3;
 use murano_caustics::Method as CausticsMethod;
 use murano_refraction::{BackSurface, Method as RefractionMethod, NormalDistance, Refraction};
-use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, ShotLightKind};
+use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, ShotLightKind, Skinning};
 
 /// One of a table's names; the table's own parser makes the value of it.
 pub fn one_of<T, const N: usize>(names: [&'static str; N]) -> impl TypedValueParser<Value = T>
@@ -174,6 +174,15 @@ pub fn clip() -> impl TypedValueParser<Value = ClipChoice> {
 /// A clip by its number or name.
 pub fn clip_choice(text: &str) -> ClipChoice {
     text.parse().map_or_else(|_| ClipChoice::Name(text.to_owned()), ClipChoice::Index)
+}
+
+/// How joints are blended.
+pub fn skinning(text: &str) -> Result<Skinning, String> {
+    match text {
+        "linear" => Ok(Skinning::Linear),
+        "dual-quaternion" => Ok(Skinning::DualQuaternion),
+        _ => Err(format!("`{text}` is no way to blend joints; choose linear or dual-quaternion")),
+    }
 }
 
 /// An environment: a file, or `none`.

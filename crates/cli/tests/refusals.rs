@@ -44,7 +44,14 @@ fn values_that_make_no_sense() {
     export(&["--ior", "nan"], &["--ior", "not finite"]);
     export(&["--frames", "5..2"], &["--frames", "5..2"]);
     export(&["--camera", "up=0,1,0"], &["eye=X,Y,Z"]);
-    export(&["--light", "sun"], &["spot, point or directional"]);
+    export(&["--light", "sun"], &["spot, point, directional or model"]);
+    export(&["--light", "model"], &["has no light"]);
+    export(&["--camera", "model=front"], &["no camera `front`"]);
+    export(&["--layer", "weight=1"], &["clip=NAME|INDEX"]);
+    export(&["--layer", "clip=0,mask=fin"], &["no node `fin`", "choose one of"]);
+    export(&["--skinning", "cubic"], &["linear or dual-quaternion"]);
+    export(&["--variant", "night"], &["no material variant", "night"]);
+    export(&["--repeat", "twice"], &["ping-pong"]);
     export(&["--clip", "swim"], &["swim", "choose one of"]);
     export(&["--env", "nowhere.hdr"], &["nowhere.hdr"]);
     export(&["--aov", "p1,p3"], &["p3", "exit_direction"]);

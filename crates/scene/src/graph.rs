@@ -1,6 +1,7 @@
 //! The node hierarchy and what hangs on it.
 
 use glam::{DMat4, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
 use crate::{Camera, Clip, Image, ImportReport, Light, Material, Mesh};
 
@@ -87,6 +88,16 @@ pub struct Skin {
     pub inverse_bind: Vec<DMat4>,
 }
 
+/// How the joints that move a vertex are blended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Skinning {
+    /// The mean of their matrices (glTF 2.0, 3.7.3): loses volume where they turn far against one another.
+    #[default]
+    Linear,
+    /// The mean of their dual quaternions: keeps it.
+    DualQuaternion,
+}
+
 /// A whole scene: what one model file holds, of its default scene.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
@@ -105,6 +116,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Animation clips.
     pub clips: Vec<Clip>,
+    /// How skins are blended; a file does not say.
+    pub skinning: Skinning,
     /// Cameras, placed by nodes.
     pub cameras: Vec<Camera>,
     /// Lights, placed by nodes.

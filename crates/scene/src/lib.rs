@@ -18,7 +18,7 @@ mod variant;
 pub use camera::{Camera, Projection, look_along};
 pub use clip::{Channel, Clip, Interpolation, Path, Sampler};
 pub use environment::{Environment, EnvironmentError};
-pub use graph::{Local, Node, NodeIndex, Scene, Skin, Transform};
+pub use graph::{Local, Node, NodeIndex, Scene, Skin, Skinning, Transform};
 pub use import::{ImportError, ImportProblem, ImportReport, import, import_bytes};
 pub use light::{Light, LightKind, PlacedLight};
 pub use material::{AlphaMode, Image, Material, TextureRef, Wrap};

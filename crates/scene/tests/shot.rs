@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use murano_scene::{
     Aim, CameraKey, ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotCamera, ShotError,
-    ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, ToneMapChoice,
+    ShotFloor, ShotGlass, ShotLayer, ShotLight, ShotLightKind, ShotOutput, Skinning, ToneMapChoice,
 };
 
 fn load(text: &str) -> Result<Shot, ShotError> {
@@ -69,6 +69,8 @@ fn every_field_survives_writing_and_reading() {
             add: true,
             mask: vec!["tail".into()],
         }],
+        skinning: Skinning::DualQuaternion,
+        variant: Some(ClipChoice::Name("night".into())),
         hold: Some(0.25),
         camera: ShotCamera {
             model: Some("front".into()),

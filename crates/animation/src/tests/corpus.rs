@@ -43,7 +43,7 @@ const RIGID: [&str; 4] =
 const SCANS: [&str; 2] = ["paper/bunny_69k.glb", "paper/armadillo_346k.glb"];
 
 /// The folder of models, or `None` (said on stderr) where there is none.
-fn models() -> Option<PathBuf> {
+pub(super) fn models() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     if folder.is_dir() {
         return Some(folder);
@@ -52,12 +52,12 @@ fn models() -> Option<PathBuf> {
     None
 }
 
-fn load(folder: &Path, file: &str) -> Scene {
+pub(super) fn load(folder: &Path, file: &str) -> Scene {
     import(&folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 
 /// The rest pose and every clip at [`SAMPLES`] times over the whole of it: in f64, and as a rig poses it.
-fn poses(scene: &Scene) -> impl Iterator<Item = (String, [Pose; 2])> {
+pub(super) fn poses(scene: &Scene) -> impl Iterator<Item = (String, [Pose; 2])> {
     let rig = Rig::new(scene);
     let of = move |playing: &[Layer]| [Pose::sample(scene, playing), rig.pose(playing)];
     let rest = of(&[]);

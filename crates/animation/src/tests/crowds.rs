@@ -59,11 +59,11 @@ fn a_crowd_poses_as_each_by_itself() {
     assert_eq!(crowd.blocks().iter().map(crate::Block::len).collect::<Vec<_>>(), [32, 32, 6]);
     let palettes: Vec<_> = crowd.blocks().iter().flat_map(|block| block.palette().to_vec()).collect();
     let rig = Rig::new(&scene);
-    for (character, palette) in characters.iter().zip(palettes.chunks(geometry.palette_len())) {
+    for (character, palette) in characters.iter().zip(palettes.chunks(geometry.palette_rows())) {
         let mut pose = rig.pose(&character.playing);
         pose.world_from_node.iter_mut().for_each(|matrix| *matrix = character.place * *matrix);
         let wanted = geometry.palette(&pose, origin);
-        let off = wanted.as_flattened().as_flattened().iter().zip(palette.as_flattened().as_flattened());
+        let off = wanted.as_flattened().iter().zip(palette.as_flattened());
         assert!(off.into_iter().all(|(a, b)| (a - b).abs() <= 2e-5 * a.abs().max(1.0)), "{character:?}");
     }
 }

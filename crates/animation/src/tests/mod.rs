@@ -3,11 +3,12 @@
 mod corpus;
 mod crowds;
 mod deformation;
+mod dual_quaternions;
 mod layers;
 mod packed;
 mod posing;
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3, Vec4};
 use murano_scene::{Local, Mesh, Node, NodeIndex, Primitive, Scene, Skin, Transform};
 
 use crate::targets::WORD;
@@ -103,9 +104,9 @@ fn deform_packed(geometry: &Geometry, pose: &Pose, origin: DVec3) -> Vec<DVec3> 
         }
         let mut posed = Vec3::ZERO;
         for influence in &geometry.influences[span(&geometry.influence_offsets, vertex)] {
-            let rows = palette[influence.entry as usize];
-            posed +=
-                influence.weight * Vec3::from_array(rows.map(|[x, y, z, w]| x * rest.x + y * rest.y + z * rest.z + w));
+            let rows = &palette[3 * influence.entry as usize..][..3];
+            let coordinate = |row: usize| Vec4::from_array(rows[row]).dot(rest.extend(1.0));
+            posed += influence.weight * Vec3::new(coordinate(0), coordinate(1), coordinate(2));
         }
         posed.as_dvec3() + origin
     };

@@ -33,7 +33,7 @@ fn cloud(offset: Vec3) -> Primitive {
 }
 
 /// The cloud on four joints with all kinds of scale, and once more rigid, far from the world's origin.
-fn crowd(world: DVec3, offset: Vec3) -> (Scene, Pose) {
+pub(super) fn crowd(world: DVec3, offset: Vec3) -> (Scene, Pose) {
     let scales = [DVec3::ONE, DVec3::new(1.5, 0.5, 1.0), DVec3::new(-1.0, 1.0, 1.0), DVec3::splat(0.8)];
     let mut nodes = vec![node(None, translated(world.x, world.y, world.z))];
     nodes.extend((0..4).map(|joint| node(Some(joint), translated(0.0, 0.3, 0.0))));
@@ -110,7 +110,7 @@ fn instances_partition_the_arrays() {
     assert_eq!((rigid.palette.clone(), skinned.palette.clone()), (0..1, 1..5));
     assert_eq!((rigid.targets, skinned.targets), (2, 2));
     assert_eq!((rigid.morph_words, skinned.morph_words), (0, 76));
-    assert_eq!(geometry.palette_len(), geometry.palette(&pose, DVec3::ZERO).len());
+    assert_eq!(3 * geometry.palette_len(), geometry.palette(&pose, DVec3::ZERO).len());
     // Every third vertex stays where it is.
     assert_eq!(geometry.displacements.len(), 4 * 200);
     assert!(geometry.displacements.iter().all(|displacement| displacement[..3] != [0.0; 3]));

@@ -15,7 +15,7 @@ use murano_caustics::Caustics;
 use murano_refraction::Refraction;
 use murano_scene::{
     Aim, ClipChoice, Environment, EnvironmentChoice, EnvironmentError, FloorLevel, ImportError, Light, Scene, Shot,
-    ShotError, ToneMapChoice,
+    ShotError, ToneMapChoice, VariantError,
 };
 
 pub use extent::Extent;
@@ -72,6 +72,14 @@ pub enum StageError {
         wanted: String,
         /// The nodes there are.
         choices: String,
+    },
+    /// The model has no such variant.
+    #[error("{}: {source}", model.display())]
+    Variant {
+        /// The model file.
+        model: PathBuf,
+        /// Which, and those there are.
+        source: VariantError,
     },
     /// The model's camera that is to see does not exist.
     #[error("{} has no camera `{wanted}`; choose one of: {choices}", model.display())]
@@ -182,6 +190,11 @@ impl Stage {
     /// [`StageError`] says which file is wrong, or which name exists nowhere.
     pub fn open(shot: Shot) -> Result<(World, Self), StageError> {
         let mut scene = murano_scene::import(&shot.model)?;
+        scene.skinning = shot.skinning;
+        if let Some(variant) = &shot.variant {
+            select_variant(&mut scene, variant)
+                .map_err(|source| StageError::Variant { model: shot.model.clone(), source })?;
+        }
         glass::apply(&shot.glass, &mut scene).map_err(|wanted| StageError::NoMaterial {
             model: shot.model.clone(),
             wanted,
@@ -285,6 +298,16 @@ impl Stage {
             skipping: settings.skipping,
         }
     }
+}
+
+/// Gives a scene the materials of a variant; the first without a name or number.
+fn select_variant(scene: &mut Scene, choice: &ClipChoice) -> Result<(), VariantError> {
+    let index = match choice {
+        ClipChoice::First => 0,
+        ClipChoice::Index(index) => *index,
+        ClipChoice::Name(name) => scene.find_variant(name)?,
+    };
+    scene.select_variant(index)
 }
 
 /// Frames of a shot: as it says, else one round of its clip, else one.

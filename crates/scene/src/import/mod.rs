@@ -31,7 +31,7 @@ use self::accessors::Accessors;
 use self::container::{Buffers, Container, read_file};
 use self::document::Document;
 use self::images::Images;
-use crate::Scene;
+use crate::{Scene, Skinning};
 
 /// What an import had to say besides the scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -94,6 +94,7 @@ fn import_model(bytes: &[u8], directory: Option<&Path>) -> Result<Scene, ImportP
         materials,
         images,
         clips,
+        skinning: Skinning::Linear,
         cameras: punctual::import_cameras(&document)?,
         lights: punctual::import_lights(&document)?,
         variants: document.variants.into_iter().map(|variant| variant.name).collect(),

@@ -25,6 +25,8 @@ use std::path::{Path, PathBuf};
 use ron::extensions::Extensions;
 use serde::{Deserialize, Serialize};
 
+use crate::Skinning;
+
 pub use camera::{Aim, CameraKey, ShotCamera};
 pub use error::ShotError;
 pub use light::{ShotLight, ShotLightKind};
@@ -49,6 +51,12 @@ pub struct Shot {
     /// Clips laid over it, in order.
     #[serde(default)]
     pub layers: Vec<ShotLayer>,
+    /// How joints are blended that move a vertex together.
+    #[serde(default)]
+    pub skinning: Skinning,
+    /// The model's variant (KHR_materials_variants), by name or index; `None` is as it comes.
+    #[serde(default)]
+    pub variant: Option<ClipChoice>,
     /// Time at which the pose is held, seconds; `None` plays the clip.
     #[serde(default)]
     pub hold: Option<f64>,
@@ -95,6 +103,8 @@ impl Shot {
             speed: 1.0,
             repeat: LoopMode::Loop,
             layers: Vec::new(),
+            skinning: Skinning::Linear,
+            variant: None,
             hold: None,
             camera: ShotCamera::default(),
             light: ShotLight::default(),
