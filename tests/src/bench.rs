@@ -89,6 +89,7 @@ pub fn still(view: View, size: [u32; 2], refraction: Refraction) -> FrameRequest
         exposure: 1.0,
         tone_map: ToneMap::Linear,
         aov: true,
+        before: None,
         skipping: Skipping::On,
     }
 }

@@ -9,6 +9,9 @@ use murano_scheduler::{Output, Plan, Stamp};
 use crate::crowd::Block;
 use crate::{Geometry, Pose};
 
+/// Added to the instance of a pass about a frame before.
+const BEFORE: u32 = 1 << 30;
+
 /// A geometry's constant arrays, hashed once, ready to enter any plan.
 pub struct GeometryLeaves {
     vertex_count: usize,
@@ -88,6 +91,35 @@ impl GeometryLeaves {
         pose: &Pose,
         origin: DVec3,
     ) -> Result<DeformedGeometry, GpuError> {
+        self.deform_about(gpu, plan, [instance; 2], geometry, pose, origin)
+    }
+
+    /// As [`GeometryLeaves::deform`] for the pose of a frame before: finds what that frame has left. A pass of its own,
+    /// `deform:2^30 + instance`, unless the pose is the same.
+    ///
+    /// # Errors
+    /// [`GpuError`] if the shader or the plan is defective.
+    pub fn deform_as_before(
+        &self,
+        gpu: &Gpu,
+        plan: &mut Plan<Work>,
+        instance: u32,
+        geometry: &Geometry,
+        pose: &Pose,
+        origin: DVec3,
+    ) -> Result<DeformedGeometry, GpuError> {
+        self.deform_about(gpu, plan, [BEFORE + instance, instance], geometry, pose, origin)
+    }
+
+    fn deform_about(
+        &self,
+        gpu: &Gpu,
+        plan: &mut Plan<Work>,
+        instance_and_subject: [u32; 2],
+        geometry: &Geometry,
+        pose: &Pose,
+        origin: DVec3,
+    ) -> Result<DeformedGeometry, GpuError> {
         let (mut targets, mut ranges) = (Vec::new(), Vec::new());
         geometry.push_active_targets(pose, &mut targets, &mut ranges);
         let posed = PoseLeaves {
@@ -95,7 +127,7 @@ impl GeometryLeaves {
             active_targets: Leaf::of(&targets),
             active_ranges: Leaf::of(&ranges),
         };
-        let [positions, normals] = self.add_pass(gpu, plan, instance, &posed, 1)?;
+        let [positions, normals] = self.add_pass(gpu, plan, instance_and_subject, &posed, 1)?;
         let (stamp, leaf) = &self.triangles;
         let (neighbours_stamp, neighbours) = &self.neighbours;
         Ok(DeformedGeometry {
@@ -120,14 +152,14 @@ impl GeometryLeaves {
         instance: u32,
         block: &Block,
     ) -> Result<[Output; 2], GpuError> {
-        self.add_pass(gpu, plan, instance, &block.leaves, block.len())
+        self.add_pass(gpu, plan, [instance; 2], &block.leaves, block.len())
     }
 
     fn add_pass(
         &self,
         gpu: &Gpu,
         plan: &mut Plan<Work>,
-        instance: u32,
+        [instance, subject]: [u32; 2],
         posed: &PoseLeaves,
         characters: usize,
     ) -> Result<[Output; 2], GpuError> {
@@ -138,7 +170,7 @@ impl GeometryLeaves {
             palette_rows: self.palette_rows as u32,
             instance_count: self.instance_count as u32,
         };
-        let mut pass = ComputePass::new("deform", instance).value("params", &params);
+        let mut pass = ComputePass::new("deform", instance).about(subject).value("params", &params);
         let posed = [
             ("palette", &posed.palette),
             ("active_targets", &posed.active_targets),

@@ -91,6 +91,7 @@ pub struct Recording {
 pub struct ComputePass {
     name: &'static str,
     instance: u32,
+    subject: u32,
     inputs: Vec<(&'static str, Output)>,
     recording: Recording,
 }
@@ -98,7 +99,14 @@ pub struct ComputePass {
 impl ComputePass {
     /// A pass; `instance` tells passes of one name apart.
     pub fn new(name: &'static str, instance: u32) -> Self {
-        Self { name, instance, inputs: Vec::new(), recording: Recording::default() }
+        Self { name, instance, subject: instance, inputs: Vec::new(), recording: Recording::default() }
+    }
+
+    /// The pass does at another moment what the pass of that instance does now: what one has left, the other finds.
+    #[must_use]
+    pub fn about(mut self, subject: u32) -> Self {
+        self.subject = subject;
+        self
     }
 
     /// Parameters by value; they enter the key.
@@ -173,6 +181,7 @@ impl ComputePass {
         plan.add(Pass {
             name: self.name,
             instance: self.instance,
+            subject: self.subject,
             code: code.finish(),
             params: self.recording.values.clone(),
             inputs: self.inputs,

@@ -14,6 +14,8 @@ pub(crate) struct Layers<'a> {
     pub(crate) paths: &'a [Vec<u8>],
     /// One buffer a lamp.
     pub(crate) lights: &'a [Vec<u8>],
+    /// One buffer for the opaque scene, then one a body; none where no frame before is known.
+    pub(crate) motions: &'a [Vec<u8>],
 }
 
 /// The first `count` rows of a buffer of `vec4f`.
@@ -26,6 +28,7 @@ fn row(bytes: &[u8], index: usize) -> Vec4 {
 }
 
 const XYZ: &[&str] = &["X", "Y", "Z"];
+const XY: &[&str] = &["X", "Y"];
 const RGB: &[&str] = &["R", "G", "B"];
 const SINGLE: &[&str] = &[""];
 
@@ -35,6 +38,7 @@ struct Pixel {
     colour: Vec4,
     caustic: DVec3,
     shadow: DVec3,
+    motion: Vec4,
 }
 
 impl Layers<'_> {
@@ -45,6 +49,7 @@ impl Layers<'_> {
                 let channels = match name {
                     "radiance" | "caustic" | "shadow" => RGB,
                     "path_length" | "bounces" | "status" | "depth" | "entries" | "triangles" => SINGLE,
+                    "motion" => XY,
                     _ => XYZ,
                 };
                 AovLayer { name, channels, planes: vec![vec![0.0; self.pixels]; channels.len()] }
@@ -82,8 +87,18 @@ impl Layers<'_> {
             direct += unshadowed;
             arrived += unshadowed * share;
         }
+        // Of what is nearest; of the surroundings, which are in the first buffer, where there is nothing.
+        let moving = self.motions.iter().map(|bytes| row(bytes, index));
+        let nearest = moving.clone().filter(|motion| motion.z > 0.0).min_by(|a, b| a.z.total_cmp(&b.z));
+        let motion = nearest.or_else(|| moving.clone().next()).unwrap_or(Vec4::ZERO);
         let share = |c: usize| if direct[c] > 0.0 { arrived[c] / direct[c] } else { 1.0 };
-        Pixel { path, colour: row(self.colour, index), caustic, shadow: DVec3::new(share(0), share(1), share(2)) }
+        Pixel {
+            path,
+            colour: row(self.colour, index),
+            caustic,
+            shadow: DVec3::new(share(0), share(1), share(2)),
+            motion,
+        }
     }
 
     fn value(&self, layer: &str, pixel: &Pixel) -> DVec3 {
@@ -107,6 +122,7 @@ impl Layers<'_> {
             "caustic" => pixel.caustic,
             "entries" => single(path[4].w),
             "triangles" => single(path[5].w),
+            "motion" => DVec3::new(pixel.motion.x.into(), pixel.motion.y.into(), 0.0),
             _ => pixel.shadow,
         }
     }

@@ -13,7 +13,7 @@ use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    FrameRequest, ToneMap, View,
+    FrameRequest, Moment, ToneMap, View,
     bodies::{Body, Sorted},
     distant::Distant,
     looks::{Looks, SurfaceSource},
@@ -44,6 +44,8 @@ pub(crate) struct Planned {
     pub(crate) light_layers: Vec<Output>,
     /// Every caustic map with its energy account.
     pub(crate) accounts: Vec<CausticMap>,
+    /// Motion of the opaque scene and of each body, where asked for.
+    pub(crate) motions: Vec<Output>,
 }
 
 /// What the eye sees of the opaque scene.
@@ -68,7 +70,12 @@ struct CompositeParams {
 }
 
 /// Declares a frame.
-pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Result<Planned, GpuError> {
+pub(crate) fn plan(
+    stock: &Stock<'_>,
+    pose: &Pose,
+    before: Option<(&Moment, &Pose)>,
+    request: &FrameRequest,
+) -> Result<Planned, GpuError> {
     let mut plan = Plan::new();
     let posed: Vec<Bounds> = stock.sorted.bodies.iter().map(|body| body.geometry.posed_bounds(pose)).collect();
     let opaque_bounds = stock.sorted.opaque.geometry.posed_bounds(pose);
@@ -96,8 +103,11 @@ pub(crate) fn plan(stock: &Stock<'_>, pose: &Pose, request: &FrameRequest) -> Re
         drawn = drawn.union(body.bounds);
     }
     let picture = frame.composite(&mut plan, layered)?;
-    let accounts = frame.accounts;
-    Ok(Planned { plan, origin, picture, colour: layered.colour, paths, light_layers, accounts })
+    let shown = bodies.iter().map(|body| (body.index + 1, body.mapped.geometry));
+    let deformed: Vec<_> = std::iter::once((0, opaque)).chain(shown).collect();
+    let motions = before.map(|before| frame.motion(&mut plan, before, &deformed, origin)).transpose()?;
+    let (accounts, motions) = (frame.accounts, motions.unwrap_or_default());
+    Ok(Planned { plan, origin, picture, colour: layered.colour, paths, light_layers, accounts, motions })
 }
 
 /// Added to the instance of passes over a body at rest.

@@ -117,12 +117,16 @@ impl Renderer {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
         let looks = self.looks(&request.playing);
-        let planned = frame::plan(&self.stock(&looks), &pose, request)?;
+        let before = request.before.as_ref().filter(|_| request.aov);
+        let before = before.map(|moment| (moment, self.rig.pose(&moment.playing)));
+        let before = before.as_ref().map(|(moment, pose)| (*moment, pose));
+        let planned = frame::plan(&self.stock(&looks), &pose, before, request)?;
         let mut targets = vec![planned.picture];
         if request.aov {
             targets.push(planned.colour);
             targets.extend(&planned.paths);
             targets.extend(&planned.light_layers);
+            targets.extend(&planned.motions);
         }
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, request.skipping)?;
         let passes = reports(&executed);
@@ -175,7 +179,7 @@ impl Renderer {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
         let looks = self.looks(&request.playing);
-        let planned = frame::plan(&self.stock(&looks), &pose, request)?;
+        let planned = frame::plan(&self.stock(&looks), &pose, None, request)?;
         let targets: Vec<Output> = planned
             .accounts
             .iter()
@@ -230,8 +234,9 @@ impl CausticAccount {
 }
 
 fn gather(planned: &Planned, executed: &Executed, pixels: usize) -> crate::Aov {
-    let (paths, lights) = executed.targets[2..].split_at(planned.paths.len());
-    Layers { origin: planned.origin, pixels, colour: &executed.targets[1], paths, lights }.gather()
+    let (paths, others) = executed.targets[2..].split_at(planned.paths.len());
+    let (lights, motions) = others.split_at(planned.light_layers.len());
+    Layers { origin: planned.origin, pixels, colour: &executed.targets[1], paths, lights, motions }.gather()
 }
 
 fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
@@ -244,7 +249,11 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
         return wrong(format!("there is no clip {}; the model has {clips}", layer.clip));
     }
     let ahead = request.view.near > 0.0;
-    let timely = request.playing.iter().all(|layer| layer.time.is_finite() && layer.weight.is_finite());
+    let before = request.before.iter().flat_map(|before| &before.playing);
+    if let Some(layer) = before.clone().find(|layer| layer.clip >= clips) {
+        return wrong(format!("there was no clip {}; the model has {clips}", layer.clip));
+    }
+    let timely = request.playing.iter().chain(before).all(|layer| layer.time.is_finite() && layer.weight.is_finite());
     if !timely || !request.view.world_from_view.is_finite() || !ahead {
         return wrong("times, weights and the camera must be finite, and the near distance positive".into());
     }

@@ -65,6 +65,15 @@ pub enum ToneMap {
     Agx,
 }
 
+/// What a frame before showed, as far as its motion asks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// What played.
+    pub playing: Vec<Layer>,
+    /// The eye; its picture had the size of this one.
+    pub view: View,
+}
+
 /// One frame, complete: equal requests give equal pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameRequest {
@@ -86,6 +95,8 @@ pub struct FrameRequest {
     pub tone_map: ToneMap,
     /// Whether the arbitrary output variables are wanted too.
     pub aov: bool,
+    /// The frame before, for the layer `motion`, which is 0 without.
+    pub before: Option<Moment>,
     /// Caching.
     pub skipping: Skipping,
 }
@@ -146,7 +157,7 @@ pub struct AovLayer {
 }
 
 /// Names of every layer there is, in the order of [`Aov::layers`].
-pub const AOV_LAYERS: [&str; 15] = [
+pub const AOV_LAYERS: [&str; 16] = [
     "p1",
     "n1",
     "t1",
@@ -162,4 +173,5 @@ pub const AOV_LAYERS: [&str; 15] = [
     "shadow",
     "entries",
     "triangles",
+    "motion",
 ];

@@ -239,6 +239,17 @@ fn pointers_reach_materials_lights_cameras_and_weights() {
 }
 
 #[test]
+fn what_is_driven_twice_by_other_ways_is_driven_once() {
+    let curve: &[f32] = &[0.0; 4];
+    let twice = [("/nodes/0/weights", "SCALAR", curve), ("/meshes/0/weights", "SCALAR", curve)];
+    let scene = pointed(&twice).import().expect("a sound model");
+    assert_eq!((scene.clips[0].channels.len(), scene.report.warnings.len()), (1, 1));
+    let single = [("/meshes/0/weights/0", "SCALAR", &curve[..2]), ("/nodes/0/weights/0", "SCALAR", &curve[..2])];
+    let scene = pointed(&single).import().expect("a sound model");
+    assert_eq!((scene.clips[0].properties.len(), scene.report.warnings.len()), (1, 1));
+}
+
+#[test]
 fn pointers_to_nothing_are_dropped_or_refused() {
     for pointer in ["", "materials/0/alphaCutoff", "/materials/x/alphaCutoff", "/materials/0", "/nodes/0/weights/9"] {
         let scene = pointed(&[(pointer, "SCALAR", &[0.0; 2])]).import().expect("a sound model");

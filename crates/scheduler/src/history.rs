@@ -38,9 +38,9 @@ impl Field {
     }
 
     /// The key of a pass with these fields.
-    pub(crate) fn key(name: &str, instance: u32, fields: &[Self]) -> Stamp {
+    pub(crate) fn key(name: &str, subject: u32, fields: &[Self]) -> Stamp {
         let mut key = StampBuilder::new("pass");
-        key.text(name).number(instance.into());
+        key.text(name).number(subject.into());
         for field in fields {
             key.number(field.part as u64).text(field.name).stamp(field.stamp);
         }

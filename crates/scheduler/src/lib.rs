@@ -12,7 +12,7 @@
 //!                |            |          |
 //!                v            |          v
 //!             +------+        |      +-------+
-//!             | bend |--------)----->| shine |      key(shine)   = hash(name, instance, code, parameters,
+//!             | bend |--------)----->| shine |      key(shine)   = hash(name, subject, code, parameters,
 //!             +------+        |      +-------+                          extents, stamps of named inputs)
 //!                |            v          |          stamp(output) = hash(key, slot)
 //!                |        +-------+      |

@@ -1,6 +1,9 @@
 //! Declaring a frame.
 
-use std::{collections::HashSet, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use crate::{Stamp, StampBuilder, history::Field};
 
@@ -20,6 +23,9 @@ pub struct Pass<W> {
     pub name: &'static str,
     /// Tells passes of one name apart: the caster's number, the light's number.
     pub instance: u32,
+    /// What it is about: part of its key, as the name is. The instance, but for a pass that does at another moment what another
+    /// does now, and so finds what that has left.
+    pub subject: u32,
     /// Identity of the code: shader source and pipeline state.
     pub code: Stamp,
     /// Named parameters as bytes, by value.
@@ -122,6 +128,8 @@ pub struct Plan<W> {
     pub(crate) passes: Vec<PassNode<W>>,
     pub(crate) culls: Vec<Cull>,
     declared: HashSet<(&'static str, u32)>,
+    /// The pass of each key.
+    keys: HashMap<Stamp, PassIndex>,
 }
 
 impl<W> Default for Plan<W> {
@@ -139,6 +147,7 @@ impl<W> Plan<W> {
             passes: Vec::new(),
             culls: Vec::new(),
             declared: HashSet::new(),
+            keys: HashMap::new(),
         }
     }
 
@@ -151,7 +160,7 @@ impl<W> Plan<W> {
         Output { source: Source::Leaf(index), stamp }
     }
 
-    /// Declares a pass and returns its outputs in the order of its slots.
+    /// Declares a pass and returns its outputs in the order of its slots. One with the key of another instance is that pass.
     ///
     /// # Errors
     /// [`PlanError::Duplicate`] if name and instance are taken, [`PlanError::ForeignInput`] if an input was not made by
@@ -161,21 +170,26 @@ impl<W> Plan<W> {
         if let Some(&(input, _)) = foreign {
             return Err(PlanError::ForeignInput { name: pass.name, instance: pass.instance, input });
         }
+        let fields = Field::all_of(&pass);
+        let key = Field::key(pass.name, pass.subject, &fields);
+        let declared = self.keys.get(&key).copied();
+        if let Some(same) = declared.filter(|same| self.passes[same.0].pass.instance != pass.instance) {
+            return Ok(self.outputs_of(same));
+        }
         self.declare(pass.name, pass.instance)?;
 
         let index = PassIndex(self.passes.len());
-        let fields = Field::all_of(&pass);
-        let key = Field::key(pass.name, pass.instance, &fields);
         let stamps: Arc<[Stamp]> = (0..pass.outputs.len())
             .map(|slot| StampBuilder::new("slot").stamp(key).number(slot as u64).finish())
             .collect();
-        let outputs = stamps
-            .iter()
-            .enumerate()
-            .map(|(slot, &stamp)| Output { source: Source::Slot(index, slot), stamp })
-            .collect();
         self.passes.push(PassNode { pass, fields, stamps });
-        Ok(outputs)
+        self.keys.insert(key, index);
+        Ok(self.outputs_of(index))
+    }
+
+    fn outputs_of(&self, index: PassIndex) -> Vec<Output> {
+        let stamps = self.passes[index.0].stamps.iter().enumerate();
+        stamps.map(|(slot, &stamp)| Output { source: Source::Slot(index, slot), stamp }).collect()
     }
 
     /// Declares that a pass is left out because it cannot matter, so that the schedule can say so.

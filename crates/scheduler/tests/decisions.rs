@@ -26,6 +26,7 @@ fn pass(name: &'static str, inputs: Vec<(&'static str, Output)>) -> Pass<()> {
     Pass {
         name,
         instance: 0,
+        subject: 0,
         code: Stamp::of(name.as_bytes()),
         params: vec![],
         inputs,
@@ -249,4 +250,29 @@ fn a_thousand_passes_take_little_time() {
     println!("1000 passes: declared in {:?}, resolved in {:?}", fastest[0], fastest[1]);
     // Two orders of magnitude above what a laptop takes: only a change of complexity fails.
     assert!(fastest[0] + fastest[1] < Duration::from_millis(200));
+}
+
+/// A pass about another moment finds what the pass it is about has left, and is that pass where both moments are the same.
+#[test]
+fn another_moment_finds_what_was_left() {
+    let mut session = Session::default();
+    let mut frame = |now: u8, before: u8| {
+        let mut plan: Plan<()> = Plan::new();
+        let [now, before] = [now, before].map(|weights| plan.leaf("weights", Stamp::of(&[weights]), ()));
+        let moving = plan.add(pass("bend", vec![("weights", now)])).expect("legal");
+        let earlier = Pass { instance: 1, subject: 0, ..pass("bend", vec![("weights", before)]) };
+        let earlier = plan.add(earlier).expect("legal");
+        let targets = [moving[0], earlier[0]];
+        let resident = &session.resident;
+        let schedule = plan
+            .resolve(&targets, |stamp| resident.contains(&stamp), &mut session.history, Skipping::On)
+            .expect("the plan's own outputs");
+        session.resident.extend(targets.map(Output::stamp));
+        let ran = schedule.steps.iter().filter(|step| matches!(step.decision, Decision::Ran(_))).count();
+        (schedule.steps.len(), ran, targets[0] == targets[1])
+    };
+    assert_eq!(frame(1, 0), (2, 2, false));
+    assert_eq!(frame(2, 1), (2, 1, false));
+    assert_eq!(frame(2, 2), (1, 0, true));
+    assert_eq!(frame(1, 2), (2, 0, false));
 }

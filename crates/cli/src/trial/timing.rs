@@ -74,6 +74,7 @@ pub fn time_deformation(renderer: &mut Renderer, playing: Vec<Layer>, runs: usiz
         exposure: 1.0,
         tone_map: ToneMap::Linear,
         aov: false,
+        before: None,
         skipping: Skipping::Off,
     };
     Ok(time_frames(renderer, &request, runs)?.of_passes(&["deform"]))

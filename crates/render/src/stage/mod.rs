@@ -20,7 +20,7 @@ use murano_scene::{
 
 pub use extent::Extent;
 
-use crate::{Floor, FrameRequest, PlacedLight, Skipping, ToneMap, View, World};
+use crate::{Floor, FrameRequest, Moment, PlacedLight, Skipping, ToneMap, View, World};
 use framing::FramedLight;
 use own::Own;
 use playing::Playing;
@@ -275,15 +275,22 @@ impl Stage {
         }
     }
 
-    /// The frame at a moment, seconds after the shot's beginning: `n / fps` for frame n.
-    pub fn request(&self, elapsed: f64, settings: &Settings) -> FrameRequest {
+    fn moment(&self, elapsed: f64, settings: &Settings) -> Moment {
         let playing = self.playing.at(elapsed, settings.start);
         let aim = self.camera(elapsed);
         let usual = || View::look_at(aim.eye, aim.target, aim.fov.to_radians());
+        let view = self.own.as_ref().and_then(|own| own.view(&playing)).unwrap_or_else(usual);
+        Moment { playing, view }
+    }
+
+    /// The frame at a moment, seconds after the shot's beginning: `n / fps` for frame n.
+    pub fn request(&self, elapsed: f64, settings: &Settings) -> FrameRequest {
+        let Moment { playing, view } = self.moment(elapsed, settings);
         let own = self.own.as_ref();
+        let before = settings.aov.then(|| self.moment(elapsed - 1.0 / self.shot.output.fps, settings));
         FrameRequest {
             size: self.shot.output.size,
-            view: own.and_then(|own| own.view(&playing)).unwrap_or_else(usual),
+            view,
             lights: own.and_then(|own| own.lights(&playing)).unwrap_or_else(|| vec![self.placed_light(elapsed)]),
             playing,
             refraction: settings.refraction,
@@ -294,6 +301,7 @@ impl Stage {
                 ToneMapChoice::Neutral => ToneMap::Neutral,
                 ToneMapChoice::Agx => ToneMap::Agx,
             },
+            before,
             aov: settings.aov,
             skipping: settings.skipping,
         }

@@ -50,10 +50,10 @@ fn import_clip(
     for (index, channel) in animation.channels.iter().enumerate() {
         let at = format!("{clip_label}.channels[{index}]");
         let sampler = get(&animation.samplers, channel.sampler, "samplers", &at)?;
-        let mut reader = ChannelReader { document, accessors, nodes, warnings, source: sampler, at: &at };
+        let driven = &mut driven;
+        let mut reader = ChannelReader { document, accessors, nodes, warnings, source: sampler, at: &at, driven };
         let imported = match target(document, &channel.target, &at)? {
-            Ok(target) if driven.contains(&target) => Err("an earlier channel drives the same property".to_owned()),
-            Ok(target) => reader.read(target, &mut clip)?.map(|()| driven.insert(target)).map(|_| ()),
+            Ok(target) => reader.read(target, &mut clip)?,
             Err(reason) => Err(reason),
         };
         if let Err(reason) = imported {
@@ -91,7 +91,12 @@ struct ChannelReader<'a, 'd> {
     warnings: &'a mut Vec<String>,
     source: &'a document::AnimationSampler,
     at: &'a str,
+    /// What channels of the clip drive already.
+    driven: &'a mut HashSet<Target>,
 }
+
+/// Why a channel of what is driven already has no effect.
+const DRIVEN: &str = "an earlier channel drives the same property";
 
 impl ChannelReader<'_, '_> {
     /// Adds the channels of a target to a clip, or says why there are none.
@@ -130,6 +135,9 @@ impl ChannelReader<'_, '_> {
             }
             Path::Weights => self.nodes[node].weights.len(),
         };
+        if self.driven.contains(&Target::Node(node, path)) {
+            return Ok(Err(DRIVEN.to_owned()));
+        }
         if path != Path::Weights
             && let Err(reason) = decompose(&mut self.nodes[node])
         {
@@ -137,7 +145,10 @@ impl ChannelReader<'_, '_> {
         }
         let element = if path == Path::Weights { 1 } else { width };
         let sampler = self.sampler(width, element)?;
-        Ok(sampler.map(|sampler| clip.channels.push(Channel { node, path, sampler })))
+        Ok(sampler.map(|sampler| {
+            self.driven.insert(Target::Node(node, path));
+            clip.channels.push(Channel { node, path, sampler });
+        }))
     }
 
     fn property(&mut self, property: Property, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
@@ -146,9 +157,15 @@ impl ChannelReader<'_, '_> {
         {
             return Ok(Err(format!("nodes[{node}] has no morph target {target}")));
         }
+        if self.driven.contains(&Target::Property(property)) {
+            return Ok(Err(DRIVEN.to_owned()));
+        }
         let width = property.width();
         let sampler = self.sampler(width, width)?;
-        Ok(sampler.map(|sampler| clip.properties.push(PropertyChannel { property, sampler })))
+        Ok(sampler.map(|sampler| {
+            self.driven.insert(Target::Property(property));
+            clip.properties.push(PropertyChannel { property, sampler });
+        }))
     }
 
     /// The curve: `width` numbers a value, `element` of them an element of the accessor.

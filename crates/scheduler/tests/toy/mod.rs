@@ -90,6 +90,7 @@ impl Toy {
             let declared = plan.add(Pass {
                 name: "pass",
                 instance: index as u32,
+                subject: index as u32,
                 code: StampBuilder::new("code").number(pass.code.into()).finish(),
                 params: vec![("gain", vec![pass.gain])],
                 inputs: pass.inputs.iter().zip(INPUT_NAMES).map(|(&input, name)| (name, outputs[input])).collect(),

@@ -91,6 +91,7 @@ pub fn request(settings: &Settings, size: [u32; 2]) -> FrameRequest {
         exposure: 1.0,
         tone_map: ToneMap::default(),
         aov: false,
+        before: None,
         skipping: settings.skipping,
     }
 }

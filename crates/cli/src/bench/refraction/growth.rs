@@ -130,6 +130,7 @@ impl Bench<'_> {
             exposure: 1.0,
             tone_map: ToneMap::Linear,
             aov: false,
+            before: None,
             skipping: Skipping::Off,
         };
         let gpu = self.gpu.take().context("the device is lost")?;

@@ -172,6 +172,7 @@ pub fn request(case: &Case, method: Method) -> FrameRequest {
         exposure: 1.0,
         tone_map: ToneMap::Neutral,
         aov: true,
+        before: None,
         skipping: Skipping::On,
     }
 }
