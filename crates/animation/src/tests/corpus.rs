@@ -43,7 +43,7 @@ const RIGID: [&str; 4] =
 const SCANS: [&str; 2] = ["paper/bunny_69k.glb", "paper/armadillo_346k.glb"];
 
 /// The folder of models, or `None` (said on stderr) where there is none.
-fn models() -> Option<PathBuf> {
+pub(super) fn models() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     if folder.is_dir() {
         return Some(folder);
@@ -52,7 +52,7 @@ fn models() -> Option<PathBuf> {
     None
 }
 
-fn load(folder: &Path, file: &str) -> Scene {
+pub(super) fn load(folder: &Path, file: &str) -> Scene {
     import(&folder.join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
 }
 

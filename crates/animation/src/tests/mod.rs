@@ -6,6 +6,7 @@ mod deformation;
 mod layers;
 mod packed;
 mod posing;
+mod variants;
 
 use glam::{DMat4, DVec3, Vec3};
 use murano_scene::{Local, Mesh, Node, NodeIndex, Primitive, Scene, Skin, Transform};
