@@ -1,5 +1,6 @@
 //! Tests of poses and deformation as a whole, on scenes made by hand and on model files.
 
+mod asset_generator;
 mod corpus;
 mod crowds;
 mod deformation;
