@@ -247,8 +247,11 @@ impl FramePlan<'_> {
 
     /// Opaque things, lit by the environment, before it where there is nothing.
     fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
-        let shader =
-            self.stock.gpu.shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.looks.textured))?;
+        let tangents = geometry.tangents.filter(|_| self.stock.looks.textured);
+        let spec = ShaderSpec::new("render::opaque")
+            .feature("textured", self.stock.looks.textured)
+            .feature("framed", tangents.is_some());
+        let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -266,6 +269,9 @@ impl FramePlan<'_> {
             .output("colour", 16 * count)
             .output("cover", 4 * count);
         let mut pass = rasterise(self.stock.gpu, pass, geometry, self.eye.size, Layers::Nearest)?;
+        if let Some(tangents) = tangents {
+            pass = pass.input("tangents", tangents);
+        }
         for (name, stamp, leaf) in self.stock.sorted.opaque.buffers.iter().chain(&self.stock.looks.materials) {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
@@ -340,8 +346,11 @@ impl FramePlan<'_> {
         map: &InterfaceMap,
     ) -> Result<Option<Output>, GpuError> {
         let Some(front_triangles) = map.front_triangles else { return Ok(None) };
-        let shader =
-            self.stock.gpu.shader(&ShaderSpec::new("render::glass_surface").feature("textured", source.textured))?;
+        let tangents = map.geometry.tangents.filter(|_| source.textured);
+        let spec = ShaderSpec::new("render::glass_surface")
+            .feature("textured", source.textured)
+            .feature("framed", tangents.is_some());
+        let shader = self.stock.gpu.shader(&spec)?;
         let mut pass = ComputePass::new(name, instance)
             .value("viewpoint", &viewpoint.uniform(self.origin))
             .input("positions", map.geometry.positions)
@@ -350,6 +359,9 @@ impl FramePlan<'_> {
             .cleared_output("glass_surface", 32 * texels(viewpoint.size));
         if source.textured {
             pass = pass.input("normals", map.geometry.normals);
+        }
+        if let Some(tangents) = tangents {
+            pass = pass.input("tangents", tangents);
         }
         for (name, stamp, leaf) in &source.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));

@@ -41,6 +41,8 @@ pub struct Playing {
     hold: Option<f64>,
     /// Seconds that the base takes for one round; 0 without one.
     round: f64,
+    /// Factor on the base's speed with which a round is a whole number of frames.
+    tempo: f64,
 }
 
 impl Playing {
@@ -63,7 +65,14 @@ impl Playing {
             let there_and_back = if track.repeat == LoopMode::PingPong { 2.0 } else { 1.0 };
             if track.speed == 0.0 { 0.0 } else { there_and_back * track.duration / track.speed.abs() }
         });
-        Ok(Self { base, laid, hold: shot.hold, round })
+        let repeats = matches!(shot.repeat, LoopMode::Loop | LoopMode::PingPong);
+        // One round as a film must meet its beginning: the frame behind the last is the first.
+        let tempo = if shot.output.frames.is_none() && repeats && round > 0.0 {
+            round * shot.output.fps / (round * shot.output.fps).round().max(1.0)
+        } else {
+            1.0
+        };
+        Ok(Self { base, laid, hold: shot.hold, round, tempo })
     }
 
     /// Index of the shot's own clip.
@@ -80,7 +89,7 @@ impl Playing {
     pub fn at(&self, elapsed: f64, start: f64) -> Vec<Layer> {
         let base = self.base.iter().map(|track| match self.hold {
             Some(time) => Layer::new(track.clip, time),
-            None => track.at(start, elapsed),
+            None => track.at(start, elapsed * self.tempo),
         });
         let mut playing: Vec<Layer> = base.collect();
         let elapsed = self.hold.unwrap_or(elapsed);

@@ -130,9 +130,7 @@ impl ChannelReader<'_, '_> {
         let width = match path {
             Path::Translation | Path::Scale => 3,
             Path::Rotation => 4,
-            Path::Weights if self.nodes[node].weights.is_empty() => {
-                return Ok(Err(format!("nodes[{node}] has no morph targets")));
-            }
+            Path::Weights if self.nodes[node].weights.is_empty() => return self.weights_of_instances(node, clip),
             Path::Weights => self.nodes[node].weights.len(),
         };
         if self.driven.contains(&Target::Node(node, path)) {
@@ -149,6 +147,18 @@ impl ChannelReader<'_, '_> {
             self.driven.insert(Target::Node(node, path));
             clip.channels.push(Channel { node, path, sampler });
         }))
+    }
+
+    /// Morph weights of a node whose mesh is instanced: of every instance.
+    fn weights_of_instances(&mut self, node: NodeIndex, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        let mut drives = Err(format!("nodes[{node}] has no morph targets"));
+        let own = self.document.nodes.len();
+        let morphed = |&child: &NodeIndex| child >= own && !self.nodes[child].weights.is_empty();
+        let instances: Vec<NodeIndex> = self.nodes[node].children.iter().copied().filter(morphed).collect();
+        for instance in instances {
+            drives = self.node(instance, Path::Weights, clip)?;
+        }
+        Ok(drives)
     }
 
     fn property(&mut self, property: Property, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
