@@ -103,7 +103,8 @@ pub(crate) fn plan(
         drawn = drawn.union(body.bounds);
     }
     let picture = frame.composite(&mut plan, layered)?;
-    let shown = bodies.iter().map(|body| (body.index + 1, body.mapped.geometry));
+    let shown = bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
+    let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
     let deformed: Vec<_> = std::iter::once((0, opaque)).chain(shown).collect();
     let motions = before.map(|before| frame.motion(&mut plan, before, &deformed, origin)).transpose()?;
     let (accounts, motions) = (frame.accounts, motions.unwrap_or_default());
@@ -220,17 +221,13 @@ impl FramePlan<'_> {
         let Sorted { bodies, mirrors, .. } = self.stock.sorted;
         let mut posed = Vec::new();
         for (index, (body, mirror)) in (bodies.len() as u32..).zip(mirrors.iter().zip(&self.stock.looks.mirrors)) {
-            let Some(mirror) = *mirror else {
-                plan.cull("deform", index + 1, "it is no mirror now")?;
-                continue;
-            };
             if self.request.caustics.is_none() || self.request.lights.is_empty() {
                 plan.cull("deform", index + 1, "a mirror, and nothing asks for caustics")?;
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let bounds = body.geometry.posed_bounds(pose);
-            posed.push(PosedMirror { index, mirror, mapped: deformed.into(), bounds });
+            posed.push(PosedMirror { index, mirror: *mirror, mapped: deformed.into(), bounds });
         }
         Ok(posed)
     }

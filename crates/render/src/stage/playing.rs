@@ -92,7 +92,8 @@ impl Playing {
             None => track.at(start, elapsed * self.tempo),
         });
         let mut playing: Vec<Layer> = base.collect();
-        let elapsed = self.hold.unwrap_or(elapsed);
+        // Where the pose is held, layers stand at the shot's beginning.
+        let elapsed = if self.hold.is_some() { 0.0 } else { elapsed };
         for Laid { track, shot, mask } in &self.laid {
             let weight = shot.weight_at(elapsed);
             if weight != 0.0 {
@@ -109,7 +110,10 @@ impl Playing {
         if self.hold.is_some() || span <= 0.0 {
             return vec![self.at(0.0, 0.0)];
         }
-        (0..SAMPLES).map(|k| self.at(span * k as f64 / SAMPLES as f64, 0.0)).collect()
+        // A round ends where it began; anything else is looked at to its end.
+        let repeats = self.base.as_ref().is_some_and(|track| track.repeat == LoopMode::Loop) && self.laid.is_empty();
+        let parts = if repeats { SAMPLES } else { SAMPLES - 1 } as f64;
+        (0..SAMPLES).map(|k| self.at(span * k as f64 / parts, 0.0)).collect()
     }
 }
 
