@@ -238,7 +238,7 @@ impl LightProperty {
             // That the inner is not above the outer is seen to where they are used: both may be on their way.
             (Self::InnerCone, &[value], LightKind::Spot { inner, .. }) => *inner = (value as f32).clamp(0.0, FRAC_PI_2),
             (Self::OuterCone, &[value], LightKind::Spot { outer, .. }) => {
-                *outer = (value as f32).clamp(1e-3, FRAC_PI_2)
+                *outer = (value as f32).clamp(1e-3, FRAC_PI_2);
             }
             _ => {}
         }
