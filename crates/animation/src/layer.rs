@@ -53,6 +53,11 @@ impl Layer {
             .collect()
     }
 
+    /// The layer's weight where no mask counts; 0 where it is no finite number.
+    pub(crate) fn whole_weight(&self) -> f64 {
+        if self.weight.is_finite() { self.weight } else { 0.0 }
+    }
+
     /// The layer's weight for a node.
     pub(crate) fn weight_of(&self, node: usize) -> f64 {
         let share = self.mask.as_ref().map_or(1.0, |mask| mask.get(node).map_or(0.0, |&share| f64::from(share)));

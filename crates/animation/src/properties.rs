@@ -1,6 +1,6 @@
 //! What layers make of materials, lights and cameras (KHR_animation_pointer).
 
-use murano_scene::{Camera, Clip, Light, Material, Property, Scene};
+use murano_scene::{Camera, Clip, Light, LightProperty, Material, Property, Scene};
 
 use crate::layer::{Blend, Layer};
 use crate::sample::sample_weights;
@@ -20,14 +20,16 @@ impl Properties {
     /// What layers make of a scene's properties, in order. Masks are for nodes and have no effect here.
     pub fn sample(scene: &Scene, playing: &[Layer]) -> Self {
         let mut properties = Self::default();
-        let driven = playing.iter().filter_map(|layer| scene.clips.get(layer.clip)).flat_map(|clip| &clip.properties);
-        let mut done: Vec<Property> = Vec::new();
-        for channel in driven {
-            let property = channel.property;
-            if done.contains(&property) {
-                continue;
+        let clips = playing.iter().filter_map(|layer| scene.clips.get(layer.clip));
+        let mut driven: Vec<Property> = Vec::new();
+        for channel in clips.flat_map(|clip| &clip.properties) {
+            if !driven.contains(&channel.property) {
+                driven.push(channel.property);
             }
-            done.push(property);
+        }
+        // An inner cone is held to the outer one as that is at the moment.
+        driven.sort_by_key(|property| matches!(property, Property::Light(_, LightProperty::InnerCone)));
+        for property in driven {
             let Some(rest) = rest_value(scene, property) else { continue };
             let value = blended(scene, playing, property, &rest);
             properties.set(scene, property, &value);
@@ -80,19 +82,19 @@ fn blended(scene: &Scene, playing: &[Layer], property: Property, rest: &[f64]) -
     let mut below = rest.to_vec();
     for layer in playing {
         let Some(clip) = scene.clips.get(layer.clip) else { continue };
-        let above = driven(clip, property, layer.time).unwrap_or_else(|| rest.to_vec());
-        let weight = layer.weight;
+        let weight = layer.whole_weight();
+        // Not even what is infinite (a distance without attenuation), whose part of nothing were no number.
+        if weight == 0.0 {
+            continue;
+        }
+        let above = driven(clip, property, layer.time);
         match layer.blend {
-            // What is infinite (a distance without attenuation) has no mean.
-            Blend::Over if weight == 1.0 => below = above,
             Blend::Over => {
-                below
-                    .iter_mut()
-                    .zip(above)
-                    .for_each(|(below, above)| *below = *below * (1.0 - weight) + above * weight);
+                let above = above.unwrap_or_else(|| rest.to_vec());
+                below.iter_mut().zip(above).for_each(|(below, above)| *below = mean(*below, above, weight));
             }
             Blend::Add => {
-                let start = driven(clip, property, 0.0).unwrap_or_else(|| above.clone());
+                let (Some(above), Some(start)) = (above, driven(clip, property, 0.0)) else { continue };
                 below.iter_mut().zip(above.iter().zip(start)).for_each(|(below, (above, start))| {
                     *below += (above - start) * weight;
                 });
@@ -100,6 +102,11 @@ fn blended(scene: &Scene, playing: &[Layer], property: Property, rest: &[f64]) -
         }
     }
     below
+}
+
+/// The weighted mean of two numbers, either of which may be infinite.
+fn mean(below: f64, above: f64, weight: f64) -> f64 {
+    if weight == 1.0 || below == above { above } else { below * (1.0 - weight) + above * weight }
 }
 
 /// The value that a clip gives a property; `None` if it drives it not.

@@ -7,6 +7,7 @@ mod dual_quaternions;
 mod layers;
 mod packed;
 mod posing;
+mod properties;
 
 use glam::{DMat4, DVec3, Vec3, Vec4};
 use murano_scene::{Local, Mesh, Node, NodeIndex, Primitive, Scene, Skin, Transform};
