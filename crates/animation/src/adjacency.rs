@@ -32,6 +32,8 @@ struct OpenEdge {
 const ON_EDGE: f64 = 1e-5;
 /// Parts that an edge is looked for in.
 const MOST_LINKS: usize = 64;
+/// Open edges that begin at a corner where a split edge is followed on: with more, all of them by all would take too long.
+const MOST_ONWARD: usize = 64;
 
 impl Geometry {
     /// For each triangle, the triangles across the edges opposite its first, second and third corner, as index plus one.
@@ -39,8 +41,8 @@ impl Geometry {
     /// Corners are welded by their rest position within a node, whatever their normals and texture coordinates. Where more
     /// than two triangles share an edge, those that run through it one way are matched with those that run the other way,
     /// in their order; surplus ones with the last. An edge along which several shorter ones lie end to end (T-junctions) has the
-    /// triangle of the longest of them across, and all of them have its own. 0: the edge is open, as no other triangle runs
-    /// through it the other way.
+    /// triangle of the longest of them across, and all of them have its own; not where more than 64 open edges begin at one
+    /// corner. 0: the edge is open, as no other triangle runs through it the other way.
     pub fn neighbours(&self) -> Vec<[u32; 3]> {
         let welded = self.welded_vertices();
         let mut edges = Vec::with_capacity(3 * self.triangles.len());
@@ -105,7 +107,8 @@ impl Geometry {
             let mut links: Vec<(OpenEdge, f64)> = Vec::new();
             let (mut vertex, mut at) = (long.to, 0.0);
             while vertex != long.from && links.len() < MOST_LINKS {
-                let onward = beginning.get(&vertex).into_iter().flatten().filter(|edge| edge.triangle != long.triangle);
+                let onward = beginning.get(&vertex).filter(|edges| edges.len() <= MOST_ONWARD).into_iter().flatten();
+                let onward = onward.filter(|edge| edge.triangle != long.triangle);
                 let next = onward.filter_map(|edge| Some((*edge, reach(edge, at)?))).min_by(|a, b| a.1.total_cmp(&b.1));
                 let Some((edge, end)) = next else { break };
                 links.push((edge, end - at));
@@ -205,6 +208,17 @@ mod tests {
         // A corner beside the edge splits nothing.
         let beside = [SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], [0.4, 0.41, 0.0]];
         assert_eq!(neighbours(&beside, &[[0, 1, 2], [0, 4, 3], [4, 2, 3]])[0], [0; 3]);
+    }
+
+    #[test]
+    fn blades_that_share_a_tip_are_not_compared_each_with_each() {
+        let blade = |index: u32| {
+            let turn = (0.01 * index as f32).sin_cos();
+            [[turn.0, turn.1, index as f32], [turn.0, turn.1, index as f32 + 0.5]]
+        };
+        let positions: Vec<[f32; 3]> = std::iter::once([0.0; 3]).chain((1..40_000).flat_map(blade)).collect();
+        let triangles: Vec<[u32; 3]> = (1..40_000).map(|index| [0, 2 * index - 1, 2 * index]).collect();
+        assert!(neighbours(&positions, &triangles).iter().all(|across| *across == [0; 3]));
     }
 
     #[test]

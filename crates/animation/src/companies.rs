@@ -10,6 +10,9 @@ use crate::bounds::Bounds;
 use crate::motion::{LEAST_LENGTH_SQUARED, Motion};
 use crate::targets::displacement;
 
+/// Entries up to which all points are looked at for every pair of them.
+const FEW: usize = 8;
+
 /// Vertices that the same palette entries move.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Company {
@@ -58,6 +61,8 @@ impl Company {
         if own.len() < 2 {
             return bounds;
         }
+        // Two motions are farthest apart at a corner of any box around the points.
+        let points = if own.len() > FEW { Bounds::of(stretched.iter().copied()).corners().to_vec() } else { stretched };
         let (mut apart, mut turned, mut alike) = (0.0_f64, 0.0_f64, 1.0_f64);
         for (index, a) in own.iter().enumerate() {
             // Quaternions on the hemisphere of the first; where others are not on one another's, sums may be short.
@@ -66,7 +71,7 @@ impl Company {
                 let cosine = sign(a) * sign(b) * a.real.dot(b.real);
                 alike = alike.min(cosine);
                 turned = turned.max((1.0 - cosine * cosine).max(0.0).sqrt());
-                let distances = stretched.iter().map(|&point| a.carry(point).distance(b.carry(point)));
+                let distances = points.iter().map(|&point| a.carry(point).distance(b.carry(point)));
                 apart = distances.fold(apart, f64::max);
             }
         }

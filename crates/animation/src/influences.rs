@@ -42,8 +42,13 @@ impl<'a> Binding<'a> {
         let total: f64 = self.gathered.iter().map(|&(_, weight)| weight).sum();
         for position in 0..self.gathered.len() {
             let (slot, weight) = self.gathered[position];
+            let weight = (weight / total) as f32;
+            // Too small a part of the others to be a number.
+            if weight == 0.0 {
+                continue;
+            }
             let entry = self.entry(slot, palette);
-            influences.push(Influence { entry, weight: (weight / total) as f32 });
+            influences.push(Influence { entry, weight });
 
             let entry = &mut palette[entry as usize];
             entry.rest.include(rest);

@@ -56,11 +56,16 @@ impl Layer {
             .collect()
     }
 
+    /// The layer's weight where no mask counts.
+    pub(crate) fn whole_weight(&self) -> f64 {
+        if self.weight.abs() <= MOST_WEIGHT { self.weight } else { 0.0 }
+    }
+
     /// The layer's weight for a node.
     pub(crate) fn weight_of(&self, node: usize) -> f64 {
         let share = self.mask.as_ref().map_or(1.0, |mask| mask.get(node).map_or(0.0, |&share| f64::from(share)));
-        let weight = self.weight * share;
-        if weight.abs() <= MOST_WEIGHT { weight } else { 0.0 }
+        let weight = self.whole_weight() * share;
+        if weight.is_finite() { weight } else { 0.0 }
     }
 
     /// Whether nothing of what is below remains.

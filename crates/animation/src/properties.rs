@@ -20,14 +20,16 @@ impl Properties {
     /// What layers make of a scene's properties, in order. Masks are for nodes and have no effect here.
     pub fn sample(scene: &Scene, playing: &[Layer]) -> Self {
         let mut properties = Self::default();
-        let driven = playing.iter().filter_map(|layer| scene.clips.get(layer.clip)).flat_map(|clip| &clip.properties);
-        let mut done: Vec<Property> = Vec::new();
-        for channel in driven {
-            let property = channel.property;
-            if done.contains(&property) {
-                continue;
+        let clips = playing.iter().filter_map(|layer| scene.clips.get(layer.clip));
+        let mut driven: Vec<Property> = Vec::new();
+        for channel in clips.flat_map(|clip| &clip.properties) {
+            if !driven.contains(&channel.property) {
+                driven.push(channel.property);
             }
-            done.push(property);
+        }
+        // An inner cone is held to the outer one as that is at the moment.
+        driven.sort_by_key(|property| matches!(property, Property::Light(_, LightProperty::InnerCone)));
+        for property in driven {
             let Some(rest) = rest_value(scene, property) else { continue };
             let value = blended(scene, playing, property, &rest);
             properties.set(scene, property, &value);
@@ -97,7 +99,7 @@ fn blended(scene: &Scene, playing: &[Layer], property: Property, rest: &[f64]) -
     let mut below = turned(rest.to_vec());
     for layer in playing {
         let Some(clip) = scene.clips.get(layer.clip) else { continue };
-        let weight = Layer { mask: None, ..layer.clone() }.weight_of(0);
+        let weight = layer.whole_weight();
         let above = driven(clip, property, layer.time).map(turned);
         match layer.blend {
             Blend::Over => {

@@ -235,10 +235,10 @@ impl LightProperty {
             (Self::Color, &[r, g, b], _) => light.color = DVec3::new(r, g, b).as_vec3().max(Vec3::ZERO),
             (Self::Intensity, &[value], _) => light.intensity = (value as f32).max(0.0),
             (Self::Range, &[value], _) => light.range = if value > 0.0 { value as f32 } else { f32::INFINITY },
-            // That the inner is not above the outer is seen to where they are used: both may be on their way.
-            (Self::InnerCone, &[value], LightKind::Spot { inner, .. }) => *inner = (value as f32).clamp(0.0, FRAC_PI_2),
-            (Self::OuterCone, &[value], LightKind::Spot { outer, .. }) => {
+            (Self::InnerCone, &[value], LightKind::Spot { inner, outer }) => *inner = (value as f32).clamp(0.0, *outer),
+            (Self::OuterCone, &[value], LightKind::Spot { inner, outer }) => {
                 *outer = (value as f32).clamp(1e-3, FRAC_PI_2);
+                *inner = inner.min(*outer);
             }
             _ => {}
         }

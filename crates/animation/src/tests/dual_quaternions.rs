@@ -77,6 +77,33 @@ fn posed_bounds_hold_the_body() {
 }
 
 #[test]
+fn posed_bounds_hold_what_many_joints_move() {
+    let joints = 24;
+    let mut scene = scene_of((0..=joints).map(|k| node(None, translated(0.1 * f64::from(k), 0.0, 0.0))).collect());
+    let points: Vec<[f32; 3]> =
+        (0..30).map(|k| [0.1 * k as f32, f32::sin(2.0 * k as f32), f32::cos(3.0 * k as f32)]).collect();
+    let sets = 0..joints as u16 / 4;
+    let body = Primitive {
+        joints: sets.clone().map(|set| vec![[0, 1, 2, 3].map(|joint| 4 * set + joint); points.len()]).collect(),
+        weights: sets
+            .map(|set| (0..30).map(|k| [1, 2, 3, 4].map(|w| ((w * k + set) % 7 + 1) as f32)).collect())
+            .collect(),
+        ..primitive(&points)
+    };
+    hang(&mut scene, joints as usize, body);
+    bind(&mut scene, joints as usize, (0..joints as usize).collect());
+    scene.skinning = Skinning::DualQuaternion;
+    for degrees in [0.0, 40.0, 120.0] {
+        for joint in 0..joints {
+            let Local::Trs(own) = &mut scene.nodes[joint as usize].local else { unreachable!() };
+            own.rotation = DQuat::from_rotation_z((degrees * f64::from(joint % 5) / 5.0).to_radians());
+            own.scale = DVec3::new(1.0, 1.0 + 0.05 * f64::from(joint % 3), 1.0);
+        }
+        assert_bounded(&scene, &Pose::rest(&scene), 20.0, &format!("{degrees} degrees"));
+    }
+}
+
+#[test]
 fn a_rigid_crowd_is_the_same_either_way() {
     let (mut scene, _) = packed::crowd(DVec3::ZERO, Vec3::ZERO);
     scene.meshes[1].primitives[0].weights[0].iter_mut().for_each(|weights| *weights = [0.0, 1.0, 0.0, 0.0]);

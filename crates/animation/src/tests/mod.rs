@@ -8,6 +8,7 @@ mod dual_quaternions;
 mod layers;
 mod packed;
 mod posing;
+mod properties;
 mod variants;
 
 use glam::{DMat4, DVec3, Vec3, Vec4};

@@ -125,6 +125,21 @@ fn instances_partition_the_arrays() {
 }
 
 #[test]
+fn joints_too_light_to_be_a_number_are_left_out() {
+    let mut scene = scene_of(vec![node(None, Local::default()), node(None, Local::default())]);
+    let mut skinned = primitive(&[[0.0; 3]; 3]);
+    skinned.joints = vec![vec![[0, 1, 0, 0]; 3]];
+    skinned.weights = vec![vec![[1e-30, 1e30, 0.0, 0.0], [1e30, 1e-30, 0.0, 0.0], [1e-40, 1e-40, 0.0, 0.0]]];
+    hang(&mut scene, 0, skinned);
+    bind(&mut scene, 0, vec![0, 1]);
+    let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap();
+    let influence = |entry: u32, weight: f32| Influence { entry, weight };
+    let expected = [influence(0, 1.0), influence(1, 1.0), influence(1, 0.5), influence(0, 0.5)];
+    assert_eq!(geometry.influences, expected);
+    assert_eq!(geometry.influence_offsets, [0, 1, 2, 4]);
+}
+
+#[test]
 fn targets_at_weight_0_are_left_out() {
     let (scene, mut pose) = crowd(DVec3::ZERO, Vec3::ZERO);
     let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap();
