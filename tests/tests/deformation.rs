@@ -12,13 +12,16 @@ use std::{
     sync::{LazyLock, Mutex, PoisonError},
 };
 
-use glam::{DMat4, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, DVec4, Vec2, Vec3, Vec4};
 use murano_animation::{
     Character, Crowd, Deformed, Geometry, GeometryLeaves, Layer, Pose, Rig, deform_f64, shown_primitives,
 };
 use murano_gpu::{Gpu, Work};
 use murano_render::{Renderer, World};
-use murano_scene::{Scene, Skinning, import};
+use murano_scene::{
+    Image, Local, Material, Mesh, MorphTarget, Node, Primitive, Scene, Skin, Skinning, TextureRef, Transform, Wrap,
+    import,
+};
 use murano_scheduler::{History, Plan, Skipping};
 use murano_tests::bench::{asset, gpu, shared};
 
@@ -298,5 +301,87 @@ fn a_crowd_deforms_as_each_by_itself() {
             worst.include(&geometry, &truth, &positions[own.clone()], &normals[own], &format!("dancer {index}"));
         }
         worst.assert("a crowd of dancers");
+    }
+}
+
+/// A quad with tangents and a map of normals, whose target turns them, on a node that mirrors, and on two joints.
+fn framed(scale: DVec3, skinning: Skinning) -> (Scene, Pose) {
+    let texture = TextureRef {
+        image: 0,
+        texcoord: 0,
+        wrap: [Wrap::Repeat; 2],
+        offset: Vec2::ZERO,
+        rotation: 0.0,
+        scale: Vec2::ONE,
+    };
+    let quad = Primitive {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y],
+        normals: Some(vec![Vec3::Z; 4]),
+        tangents: Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0), Vec4::new(0.6, 0.8, 0.0, -1.0), Vec4::Y, Vec4::ZERO]),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        targets: vec![MorphTarget {
+            tangents: Some(vec![Vec3::Y, Vec3::ZERO, Vec3::new(0.5, 0.0, 1.0), Vec3::X]),
+            ..MorphTarget::default()
+        }],
+        joints: vec![vec![[0, 1, 0, 0]; 4]],
+        weights: vec![vec![[0.75, 0.25, 0.0, 0.0]; 4]],
+        material: Some(0),
+        ..Primitive::default()
+    };
+    let turned = Transform { rotation: DQuat::from_rotation_x(0.8), scale, ..Transform::IDENTITY };
+    let scene = Scene {
+        nodes: vec![
+            Node { mesh: Some(0), skin: Some(0), weights: vec![0.5], ..Node::default() },
+            Node { local: Local::Trs(Transform { scale, ..Transform::IDENTITY }), ..Node::default() },
+            Node { local: Local::Trs(turned), ..Node::default() },
+        ],
+        roots: vec![0, 1, 2],
+        meshes: vec![Mesh { name: String::new(), primitives: vec![quad] }],
+        skins: vec![Skin { name: String::new(), joints: vec![1, 2], inverse_bind: vec![DMat4::IDENTITY; 2] }],
+        materials: vec![Material { normal_texture: Some(texture), ..Material::default() }],
+        images: vec![Image { name: String::new(), width: 1, height: 1, rgba: vec![[128, 128, 255, 255]] }],
+        skinning,
+        ..Scene::default()
+    };
+    let pose = Pose::rest(&scene);
+    (scene, pose)
+}
+
+#[test]
+fn tangents_are_morphed_and_skinned_as_in_f64() {
+    let gpu = GPU.lock().unwrap_or_else(PoisonError::into_inner);
+    for skinning in [Skinning::Linear, Skinning::DualQuaternion] {
+        for scale in [DVec3::ONE, DVec3::new(2.0, 1.0, 0.5), DVec3::new(-1.0, 1.0, 1.0)] {
+            let (mut scene, pose) = framed(scale, skinning);
+            let geometry = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
+            let truth = deform_f64(&geometry, &scene, &pose);
+            assert_eq!(truth.tangents.len(), 4);
+            // By hand: the first is (1, .5, 0) before the joints; a mirror turns the sign of the bitangent.
+            let mirror = if scale.x < 0.0 { -1.0 } else { 1.0 };
+            assert_eq!([0, 1, 2, 3].map(|vertex| truth.tangents[vertex].w), [mirror, -mirror, 0.0, 0.0]);
+            if scale == DVec3::ONE && skinning == Skinning::Linear {
+                let joints = DMat3::IDENTITY * 0.75 + DMat3::from_rotation_x(0.8) * 0.25;
+                let wanted = (joints * DVec3::new(1.0, 0.5, 0.0)).normalize();
+                assert!(truth.tangents[0].truncate().distance(wanted) < 1e-12);
+            }
+            let mut plan: Plan<Work> = Plan::new();
+            let deformed = GeometryLeaves::new(&geometry)
+                .deform(&gpu, &mut plan, 0, &geometry, &pose, DVec3::ZERO)
+                .unwrap_or_else(|error| panic!("{error}"));
+            let tangents = deformed.tangents.expect("a map of normals needs them");
+            let executed = gpu
+                .execute(&plan, &[tangents], &mut History::new(), Skipping::Off)
+                .unwrap_or_else(|error| panic!("{error}"));
+            let rows = executed.targets[0].chunks_exact(16);
+            for (row, wanted) in rows.zip(&truth.tangents) {
+                let number = |at: usize| f64::from(f32::from_le_bytes(row[at..at + 4].try_into().expect("4 bytes")));
+                let found = DVec4::new(number(0), number(4), number(8), number(12));
+                assert!(found.distance(*wanted) < 1e-6, "{skinning:?} {scale}: {found} for {wanted}");
+            }
+            // Nobody asks for them without a map.
+            scene.materials[0].normal_texture = None;
+            let plain = Geometry::build(&scene, &shown_primitives(&scene)).unwrap_or_else(|error| panic!("{error}"));
+            assert!(plain.tangents.is_empty() && deform_f64(&plain, &scene, &pose).tangents.is_empty());
+        }
     }
 }

@@ -36,7 +36,7 @@ measure demo 60 export animations/demo.ron -o "$results/demo_####.png" --frames 
 # The time of every pass stands in these lines of JSON: the first frame is cold, the others are one pose each.
 for model in assets/dancer.glb models/*.glb; do
     [ -f "$model" ] || continue
-    measure "passes_$(basename "$model" .glb)" 60 export "$model" --glass --frames 0..8 --json
+    measure "passes_$(basename "$model" .glb)" 60 export "$model" --glass --frames 0..8 --json -o "$results/passes_####.png"
 done
 measure animation 60 bench animation assets/dancer.glb assets/octopus.glb --json "$results/animation.json"
 measure cache 90 bench cache assets/dancer.glb --frames 12 --json "$results/cache.json"

@@ -37,7 +37,7 @@ pub(crate) fn companies(primitive: &Primitive, sources: &[usize], entries: &[Vec
         });
         company.rest.include(primitive.positions[source].as_dvec3() - pivot);
         for (target, bounds) in company.displacements.iter_mut().enumerate() {
-            if let Some([position, _]) = displacement(primitive, target, source) {
+            if let Some([position, ..]) = displacement(primitive, target, source) {
                 bounds.include(position.as_dvec3());
             }
         }

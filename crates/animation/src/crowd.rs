@@ -13,15 +13,27 @@ use crate::rig::{Rig, Workspace};
 use crate::targets::{ActiveRange, ActiveTarget};
 
 /// Characters that are deformed by one dispatch. One that moves takes its block along.
-const BLOCK: usize = 32;
+pub const BLOCK: usize = 32;
 
 /// What one character does, and where.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Character {
     /// What it plays.
     pub playing: Vec<Layer>,
     /// `world_from_root`: every root of the scene hangs on this.
     pub place: DMat4,
+}
+
+impl Clone for Character {
+    fn clone(&self) -> Self {
+        Self { playing: self.playing.clone(), place: self.place }
+    }
+
+    /// Without an allocation where there is room.
+    fn clone_from(&mut self, source: &Self) {
+        self.playing.clone_from(&source.playing);
+        self.place = source.place;
+    }
 }
 
 /// Up to 32 characters, as they were posed last.

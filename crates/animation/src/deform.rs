@@ -19,6 +19,7 @@ pub struct GeometryLeaves {
     instance_count: usize,
     palette_rows: usize,
     skinning: Skinning,
+    framed: bool,
     buffers: Vec<(&'static str, Stamp, Leaf)>,
     triangles: (Stamp, Leaf),
     neighbours: (Stamp, Leaf),
@@ -31,6 +32,9 @@ pub struct DeformedGeometry {
     pub positions: Output,
     /// `vec4f` a vertex: unit normal, outwards (zero where the mesh collapses); w = 0.
     pub normals: Output,
+    /// `vec4f` a vertex: unit tangent (zero where there is none) and the sign of the bitangent; for a geometry with
+    /// [`Geometry::tangents`].
+    pub tangents: Option<Output>,
     /// Three `u32` a triangle.
     pub triangles: Output,
     /// Three `u32` a triangle: [`Geometry::neighbours`].
@@ -60,19 +64,29 @@ impl GeometryLeaves {
     /// Hashes the arrays of a geometry.
     pub fn new(geometry: &Geometry) -> Self {
         let leaf = |name, (stamp, leaf)| (name, stamp, leaf);
+        let framed = !geometry.tangents.is_empty();
+        let tangents = framed.then(|| {
+            [
+                leaf("tangents_at_rest", Leaf::of(&geometry.tangents)),
+                leaf("tangent_displacements", Leaf::of(&geometry.tangent_displacements)),
+            ]
+        });
+        let mut constant = vec![
+            leaf("vertices", Leaf::of(&geometry.vertices)),
+            leaf("influence_offsets", Leaf::of(&geometry.influence_offsets)),
+            leaf("influences", Leaf::of(&geometry.influences)),
+            leaf("morph_words", Leaf::of(&geometry.morph_words)),
+            leaf("displacements", Leaf::of(&geometry.displacements)),
+        ];
+        constant.extend(tangents.into_iter().flatten());
         Self {
+            framed,
             vertex_count: geometry.vertices.len(),
             triangle_count: geometry.triangles.len(),
             instance_count: geometry.instances.len(),
             palette_rows: geometry.palette_rows(),
             skinning: geometry.skinning,
-            buffers: vec![
-                leaf("vertices", Leaf::of(&geometry.vertices)),
-                leaf("influence_offsets", Leaf::of(&geometry.influence_offsets)),
-                leaf("influences", Leaf::of(&geometry.influences)),
-                leaf("morph_words", Leaf::of(&geometry.morph_words)),
-                leaf("displacements", Leaf::of(&geometry.displacements)),
-            ],
+            buffers: constant,
             triangles: Leaf::of(&geometry.triangles),
             neighbours: Leaf::of(&geometry.neighbours()),
         }
@@ -127,12 +141,13 @@ impl GeometryLeaves {
             active_targets: Leaf::of(&targets),
             active_ranges: Leaf::of(&ranges),
         };
-        let [positions, normals] = self.add_pass(gpu, plan, instance_and_subject, &posed, 1)?;
+        let outputs = self.add_pass(gpu, plan, instance_and_subject, &posed, 1)?;
         let (stamp, leaf) = &self.triangles;
         let (neighbours_stamp, neighbours) = &self.neighbours;
         Ok(DeformedGeometry {
-            positions,
-            normals,
+            positions: outputs[0],
+            normals: outputs[1],
+            tangents: outputs.get(2).copied(),
             triangles: plan.leaf("triangles", *stamp, Work::Leaf(leaf.clone())),
             neighbours: plan.leaf("neighbours", *neighbours_stamp, Work::Leaf(neighbours.clone())),
             vertex_count: self.vertex_count,
@@ -152,7 +167,8 @@ impl GeometryLeaves {
         instance: u32,
         block: &Block,
     ) -> Result<[Output; 2], GpuError> {
-        self.add_pass(gpu, plan, [instance; 2], &block.leaves, block.len())
+        let outputs = self.add_pass(gpu, plan, [instance; 2], &block.leaves, block.len())?;
+        Ok([outputs[0], outputs[1]])
     }
 
     fn add_pass(
@@ -162,9 +178,11 @@ impl GeometryLeaves {
         [instance, subject]: [u32; 2],
         posed: &PoseLeaves,
         characters: usize,
-    ) -> Result<[Output; 2], GpuError> {
+    ) -> Result<Vec<Output>, GpuError> {
         let dual = self.skinning == Skinning::DualQuaternion;
-        let shader = gpu.shader(&ShaderSpec::new("animation::deform").feature("dual_quaternion", dual))?;
+        let shader = gpu.shader(
+            &ShaderSpec::new("animation::deform").feature("dual_quaternion", dual).feature("framed", self.framed),
+        )?;
         let params = Params {
             vertex_count: self.vertex_count as u32,
             palette_rows: self.palette_rows as u32,
@@ -184,12 +202,11 @@ impl GeometryLeaves {
         }
         let Groups::Direct([x, y, _]) = Groups::linear(self.vertex_count, 64) else { unreachable!("known on the CPU") };
         let bytes = 16 * (self.vertex_count * characters) as u64;
-        let outputs = pass
-            .output("positions", bytes)
-            .output("normals", bytes)
-            .dispatch(&shader, "main", Groups::Direct([x, y, characters as u32]))
-            .add_to(plan)?;
-        Ok([outputs[0], outputs[1]])
+        let mut pass = pass.output("positions", bytes).output("normals", bytes);
+        if self.framed {
+            pass = pass.output("tangents", bytes);
+        }
+        Ok(pass.dispatch(&shader, "main", Groups::Direct([x, y, characters as u32])).add_to(plan)?)
     }
 }
 

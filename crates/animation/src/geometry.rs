@@ -11,6 +11,8 @@
 //! | `influences` | `struct { entry: u32, weight: f32 }` |
 //! | `morph_words` | `struct { moved: u32, first: u32 }` |
 //! | `displacements` | six `f32`: position, normal |
+//! | `tangents` | `vec4f` |
+//! | `tangent_displacements` | three `f32` |
 //! | `triangles` | three `u32` (no `vec3u`: its stride would be 16) |
 //! | `triangle_instances` | `u32` |
 //!
@@ -112,6 +114,9 @@ pub struct Geometry {
     pub texcoords: Vec<[f32; 4]>,
     /// COLOR_0, linear RGBA; white where there is none.
     pub colors: Vec<[f32; 4]>,
+    /// Tangents of the rest pose for maps of normals, w the sign of the bitangent; zero where the file has none. Empty if no
+    /// primitive has both tangents and a map.
+    pub tangents: Vec<[f32; 4]>,
     /// Where a vertex's influences begin; one more at the end.
     pub influence_offsets: Vec<u32>,
     /// Influences, at least one per vertex.
@@ -120,6 +125,8 @@ pub struct Geometry {
     pub morph_words: Vec<MorphWord>,
     /// By how much at weight 1: position, metres, and normal. Only where either is not zero.
     pub displacements: Vec<[f32; 6]>,
+    /// And of the tangent; empty where `tangents` is.
+    pub tangent_displacements: Vec<[f32; 3]>,
     /// Counter-clockwise seen from outside in the rest pose (see [`Geometry::mirrored`]).
     pub triangles: Vec<[u32; 3]>,
     /// Instance of each triangle.
@@ -163,6 +170,14 @@ pub fn shown_primitives(scene: &Scene) -> Vec<(NodeIndex, usize)> {
     scene.traversal().into_iter().flat_map(primitives_of).collect()
 }
 
+/// Whether a primitive has tangents, and a map of normals that needs them.
+fn is_framed(scene: &Scene, node: NodeIndex, primitive: usize) -> bool {
+    let mesh = scene.nodes.get(node).and_then(|node| scene.meshes.get(node.mesh?));
+    let Some(primitive) = mesh.and_then(|mesh| mesh.primitives.get(primitive)) else { return false };
+    let material = primitive.material.and_then(|index| scene.materials.get(index));
+    primitive.tangents.is_some() && material.is_some_and(|material| material.normal_texture.is_some())
+}
+
 /// Triangles of a primitive whose indices all exist.
 pub(crate) fn valid_triangles(primitive: &Primitive) -> impl Iterator<Item = [u32; 3]> {
     let count = primitive.positions.len();
@@ -190,8 +205,10 @@ impl Geometry {
     /// [`GeometryError`] when a pair names nothing or the arrays outgrow 32-bit indices.
     pub fn build(scene: &Scene, instances: &[(NodeIndex, usize)]) -> Result<Self, GeometryError> {
         let mut geometry = Self { skinning: scene.skinning, influence_offsets: vec![0], ..Self::default() };
+        let framed = |&(node, primitive): &(NodeIndex, usize)| is_framed(scene, node, primitive);
+        let framed = instances.iter().any(framed);
         for &(node, primitive) in instances {
-            geometry.append(scene, node, primitive).ok_or(GeometryError::NoSuchPrimitive {
+            geometry.append(scene, node, primitive, framed).ok_or(GeometryError::NoSuchPrimitive {
                 node,
                 primitive,
                 nodes: scene.nodes.len(),
@@ -216,7 +233,7 @@ impl Geometry {
     }
 
     /// Appends one instance; `None` if there is no such primitive.
-    fn append(&mut self, scene: &Scene, node: NodeIndex, primitive_index: usize) -> Option<()> {
+    fn append(&mut self, scene: &Scene, node: NodeIndex, primitive_index: usize, framed: bool) -> Option<()> {
         let owner = scene.nodes.get(node)?;
         let mesh_index = owner.mesh?;
         let mesh = scene.meshes.get(mesh_index)?;
@@ -242,6 +259,9 @@ impl Geometry {
                 corner,
             });
             self.push_appearance(primitive, source);
+            if framed {
+                self.tangents.push(at::<Vec4>(primitive.tangents.as_deref(), source).to_array());
+            }
             binding.push(source, rest, &mut self.palette_entries, &mut self.influences);
             self.influence_offsets.push(self.influences.len() as u32);
         }
@@ -249,7 +269,7 @@ impl Geometry {
         if self.skinning == Skinning::DualQuaternion {
             self.companies.extend(companies(primitive, &sources, &self.influences_since(vertex_start), pivot));
         }
-        self.push_targets(primitive, &sources);
+        self.push_targets(primitive, &sources, framed);
         self.push_triangles(primitive, vertex_start, instance);
 
         self.instances.push(Instance {

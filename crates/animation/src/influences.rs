@@ -53,7 +53,7 @@ impl<'a> Binding<'a> {
             let entry = &mut palette[entry as usize];
             entry.rest.include(rest);
             for (target, bounds) in entry.displacements.iter_mut().enumerate() {
-                if let Some([position, _]) = displacement(self.primitive, target, source) {
+                if let Some([position, ..]) = displacement(self.primitive, target, source) {
                     bounds.include(position.as_dvec3());
                 }
             }

@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+/// Weights beyond this mean nothing, and count as 0: products of what they weigh would leave f32.
+const MOST_WEIGHT: f64 = 1e6;
+
 /// How a layer joins what lies below it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Blend {
@@ -21,7 +24,7 @@ pub struct Layer {
     pub clip: usize,
     /// Time in the clip, seconds; before its first key and after its last, these hold.
     pub time: f64,
-    /// Share of the layer, usually 0 to 1.
+    /// Share of the layer, usually 0 to 1; beyond 10^6 it counts as 0.
     pub weight: f64,
     /// How it joins what is below.
     pub blend: Blend,
@@ -53,15 +56,15 @@ impl Layer {
             .collect()
     }
 
-    /// The layer's weight where no mask counts; 0 where it is no finite number.
+    /// The layer's weight where no mask counts.
     pub(crate) fn whole_weight(&self) -> f64 {
-        if self.weight.is_finite() { self.weight } else { 0.0 }
+        if self.weight.abs() <= MOST_WEIGHT { self.weight } else { 0.0 }
     }
 
     /// The layer's weight for a node.
     pub(crate) fn weight_of(&self, node: usize) -> f64 {
         let share = self.mask.as_ref().map_or(1.0, |mask| mask.get(node).map_or(0.0, |&share| f64::from(share)));
-        let weight = self.weight * share;
+        let weight = self.whole_weight() * share;
         if weight.is_finite() { weight } else { 0.0 }
     }
 

@@ -32,7 +32,7 @@ mod truth;
 mod tests;
 
 pub use bounds::Bounds;
-pub use crowd::{Block, Character, Crowd};
+pub use crowd::{BLOCK, Block, Character, Crowd};
 pub use deform::{DeformedGeometry, GeometryLeaves};
 pub use geometry::{Geometry, GeometryError, Influence, Instance, RestVertex, shown_primitives};
 pub use layer::{Blend, Layer};

@@ -1,6 +1,6 @@
 //! What layers make of materials, lights and cameras (KHR_animation_pointer).
 
-use murano_scene::{Camera, Clip, Light, LightProperty, Material, Property, Scene};
+use murano_scene::{Camera, Clip, Light, LightProperty, Material, MaterialProperty, Property, Scene};
 
 use crate::layer::{Blend, Layer};
 use crate::sample::sample_weights;
@@ -35,6 +35,15 @@ impl Properties {
             properties.set(scene, property, &value);
         }
         properties
+    }
+
+    /// All materials of the scene at the moment.
+    pub fn all_materials(&self, scene: &Scene) -> Vec<Material> {
+        let mut materials = scene.materials.clone();
+        for (index, material) in &self.materials {
+            materials[*index].clone_from(material);
+        }
+        materials
     }
 
     /// A light of the scene at the moment.
@@ -79,34 +88,33 @@ fn rest_value(scene: &Scene, property: Property) -> Option<Vec<f64>> {
 }
 
 fn blended(scene: &Scene, playing: &[Layer], property: Property, rest: &[f64]) -> Vec<f64> {
-    let mut below = rest.to_vec();
+    // What may be infinite, and acts by its reciprocal, is blended as that.
+    let reciprocal = matches!(
+        property,
+        Property::Material(_, MaterialProperty::AttenuationDistance) | Property::Light(_, LightProperty::Range)
+    );
+    let turned = |values: Vec<f64>| -> Vec<f64> {
+        if reciprocal { values.into_iter().map(f64::recip).collect() } else { values }
+    };
+    let mut below = turned(rest.to_vec());
     for layer in playing {
         let Some(clip) = scene.clips.get(layer.clip) else { continue };
         let weight = layer.whole_weight();
-        // Not even what is infinite (a distance without attenuation), whose part of nothing were no number.
-        if weight == 0.0 {
-            continue;
-        }
-        let above = driven(clip, property, layer.time);
+        let above = driven(clip, property, layer.time).map(turned);
         match layer.blend {
             Blend::Over => {
-                let above = above.unwrap_or_else(|| rest.to_vec());
-                below.iter_mut().zip(above).for_each(|(below, above)| *below = mean(*below, above, weight));
+                let above = above.unwrap_or_else(|| turned(rest.to_vec()));
+                let mixed = |(below, above): (&mut f64, f64)| *below = *below * (1.0 - weight) + above * weight;
+                below.iter_mut().zip(above).for_each(mixed);
             }
             Blend::Add => {
-                let (Some(above), Some(start)) = (above, driven(clip, property, 0.0)) else { continue };
-                below.iter_mut().zip(above.iter().zip(start)).for_each(|(below, (above, start))| {
-                    *below += (above - start) * weight;
-                });
+                let (Some(above), Some(start)) = (above, driven(clip, property, 0.0).map(turned)) else { continue };
+                let changes = above.iter().zip(start).map(|(above, start)| (above - start) * weight);
+                below.iter_mut().zip(changes).for_each(|(below, change)| *below += change);
             }
         }
     }
-    below
-}
-
-/// The weighted mean of two numbers, either of which may be infinite.
-fn mean(below: f64, above: f64, weight: f64) -> f64 {
-    if weight == 1.0 || below == above { above } else { below * (1.0 - weight) + above * weight }
+    turned(below)
 }
 
 /// The value that a clip gives a property; `None` if it drives it not.

@@ -7,8 +7,8 @@ use crate::layer::{Blend, Layer};
 use crate::pose::{Pose, parents_first};
 use crate::tracks::{Locals, Tracks};
 
-/// What is constant about posing a scene. Curves are evaluated in f32, world matrices composed in f64; [`Pose::sample`] is the
-/// same in f64 throughout.
+/// What is constant about posing a scene. Curves are evaluated in f32, but for translations; these and world matrices are
+/// in f64. [`Pose::sample`] is the same in f64 throughout.
 #[derive(Clone, Debug)]
 pub struct Rig {
     rest: Pose,
@@ -38,7 +38,7 @@ impl Rig {
                 Local::Trs(own) => own,
                 Local::Matrix(_) => Transform::IDENTITY,
             };
-            rest_locals.translations.push(local.translation.as_vec3a());
+            rest_locals.translations.push(local.translation);
             rest_locals.rotations.push(local.rotation.as_quat());
             rest_locals.scales.push(local.scale.as_vec3a());
             rest_locals.weights.extend(node.weights.iter().map(|&weight| weight as f32));
@@ -77,7 +77,7 @@ impl Rig {
             let rotation = below.rotations[node];
             let unmoved = rotation == self.rest_locals.rotations[node];
             *local = Local::Trs(Transform {
-                translation: same(below.translations[node], self.rest_locals.translations[node], rest.translation),
+                translation: below.translations[node],
                 rotation: if unmoved { rest.rotation } else { unit(rotation) },
                 scale: same(below.scales[node], self.rest_locals.scales[node], rest.scale),
             });
@@ -127,11 +127,11 @@ impl Rig {
     fn lay_over(&self, playing: &Layer, layer: &Locals, below: &mut Locals) {
         if playing.mask.is_none() {
             let (weight, rest) = (playing.weight_of(0) as f32, 1.0 - playing.weight_of(0) as f32);
-            let vectors = |below: &mut [Vec3A], layer: &[Vec3A]| {
-                below.iter_mut().zip(layer).for_each(|(below, &layer)| *below = *below * rest + layer * weight);
-            };
-            vectors(&mut below.translations, &layer.translations);
-            vectors(&mut below.scales, &layer.scales);
+            let [near, far] = [1.0 - playing.weight_of(0), playing.weight_of(0)];
+            let places = below.translations.iter_mut().zip(&layer.translations);
+            places.for_each(|(below, &layer)| *below = *below * near + layer * far);
+            let scales = below.scales.iter_mut().zip(&layer.scales);
+            scales.for_each(|(below, &layer)| *below = *below * rest + layer * weight);
             below.rotations.iter_mut().zip(&layer.rotations).for_each(|(below, &layer)| {
                 *below = toward(*below, layer, rest, weight);
             });
@@ -143,12 +143,12 @@ impl Rig {
             return;
         }
         for node in 0..below.rotations.len() {
-            let weight = playing.weight_of(node) as f32;
-            if weight == 0.0 {
+            let share = playing.weight_of(node);
+            if share == 0.0 {
                 continue;
             }
-            let rest = 1.0 - weight;
-            below.translations[node] = below.translations[node] * rest + layer.translations[node] * weight;
+            let (weight, rest) = (share as f32, (1.0 - share) as f32);
+            below.translations[node] = below.translations[node] * (1.0 - share) + layer.translations[node] * share;
             below.scales[node] = below.scales[node] * rest + layer.scales[node] * weight;
             below.rotations[node] = toward(below.rotations[node], layer.rotations[node], rest, weight);
             for index in self.weights_of(node) {
@@ -159,11 +159,12 @@ impl Rig {
 
     fn add(&self, playing: &Layer, layer: &Locals, reference: &Locals, below: &mut Locals) {
         for node in 0..below.rotations.len() {
-            let weight = playing.weight_of(node) as f32;
-            if weight == 0.0 {
+            let share = playing.weight_of(node);
+            if share == 0.0 {
                 continue;
             }
-            below.translations[node] += (layer.translations[node] - reference.translations[node]) * weight;
+            let weight = share as f32;
+            below.translations[node] += (layer.translations[node] - reference.translations[node]) * share;
             let scale = reference.scales[node];
             let quotient = Vec3A::select(scale.cmpeq(Vec3A::ZERO), Vec3A::ONE, layer.scales[node] / scale);
             below.scales[node] *= Vec3A::ONE + (quotient - Vec3A::ONE) * weight;

@@ -47,24 +47,28 @@ pub struct ActiveRange {
     pub row: u32,
 }
 
-/// What a target does to a vertex of a primitive at weight 1: displacement of the position, metres, and of the normal.
-pub(crate) fn displacement(primitive: &Primitive, target: usize, vertex: usize) -> Option<[Vec3; 2]> {
+/// What a target does to a vertex of a primitive at weight 1: displacement of the position, metres, of the normal and the tangent.
+pub(crate) fn displacement(primitive: &Primitive, target: usize, vertex: usize) -> Option<[Vec3; 3]> {
     let target = &primitive.targets[target];
     let at = |list: &Option<Vec<Vec3>>| list.as_ref().and_then(|list| list.get(vertex)).copied().unwrap_or_default();
     let normals = if primitive.normals.is_some() { at(&target.normals) } else { Vec3::ZERO };
-    let both = [at(&target.positions), normals];
-    (both != [Vec3::ZERO; 2]).then_some(both)
+    let all = [at(&target.positions), normals, at(&target.tangents)];
+    (all != [Vec3::ZERO; 3]).then_some(all)
 }
 
 impl Geometry {
-    /// Appends the rows of a primitive's targets; `sources` are its vertices as the instance has them.
-    pub(crate) fn push_targets(&mut self, primitive: &Primitive, sources: &[usize]) {
+    /// Appends the rows of a primitive's targets; `sources` are its vertices as the instance has them, `framed` says whether tangents
+    /// matter.
+    pub(crate) fn push_targets(&mut self, primitive: &Primitive, sources: &[usize], framed: bool) {
         for sources in sources.chunks(WORD) {
             for target in 0..primitive.targets.len() {
                 let mut word = MorphWord { moved: 0, first: self.displacements.len() as u32 };
                 for (bit, &source) in sources.iter().enumerate() {
-                    let Some([position, normal]) = displacement(primitive, target, source) else { continue };
+                    let Some([position, normal, tangent]) = displacement(primitive, target, source) else { continue };
                     word.moved |= 1 << bit;
+                    if framed {
+                        self.tangent_displacements.push(tangent.to_array());
+                    }
                     self.displacements.push([position.x, position.y, position.z, normal.x, normal.y, normal.z]);
                 }
                 self.morph_words.push(word);

@@ -1,12 +1,13 @@
 //! A clip made ready to be sampled: curves with the same key times share one search, their keys lie side by side, and what is
 //! constant about a pair of rotations is computed once.
 //!
-//! f32; the twin in f64 is [`crate::Pose::sample`].
+//! Rotations, scales and weights in f32, translations in f64, for a node may be a million metres away; the twin in f64 is
+//! [`crate::Pose::sample`].
 
 use std::f64::consts::FRAC_PI_2;
-use std::ops::{Add, Mul};
+use std::ops::Add;
 
-use glam::{DVec4, Quat, Vec3A, Vec4};
+use glam::{DVec3, DVec4, Quat, Vec3A, Vec4};
 use murano_scene::{Channel, Clip, Interpolation, Local, Path, Property, PropertyChannel, Sampler, Scene};
 
 use crate::sample::{Moment, locate};
@@ -14,7 +15,7 @@ use crate::sample::{Moment, locate};
 /// What a clip writes into: one entry a node, morph weights of all nodes one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Locals {
-    pub translations: Vec<Vec3A>,
+    pub translations: Vec<DVec3>,
     pub rotations: Vec<Quat>,
     pub scales: Vec<Vec3A>,
     pub weights: Vec<f32>,
@@ -50,12 +51,41 @@ enum Mix {
     /// A row as it is.
     Row(usize),
     /// Two rows by shares.
-    Two { first: usize, share: f32 },
+    Two { first: usize, share: f64 },
     /// Four rows by Hermite weights: value, out-tangent, next in-tangent, next value.
-    Four { rows: [usize; 4], weights: [f32; 4] },
+    Four { rows: [usize; 4], weights: [f64; 4] },
 }
 
-impl<V: Copy + Add<Output = V> + Mul<f32, Output = V>> Group<V> {
+/// What a curve gives.
+trait Value: Copy + Add<Output = Self> {
+    fn times(self, factor: f64) -> Self;
+}
+
+impl Value for DVec3 {
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+impl Value for Vec3A {
+    fn times(self, factor: f64) -> Self {
+        self * factor as f32
+    }
+}
+
+impl Value for Quat {
+    fn times(self, factor: f64) -> Self {
+        self * factor as f32
+    }
+}
+
+impl Value for f32 {
+    fn times(self, factor: f64) -> Self {
+        self * factor as f32
+    }
+}
+
+impl<V: Value> Group<V> {
     fn row(&self, row: usize) -> &[V] {
         &self.rows[row * self.slots.len()..][..self.slots.len()]
     }
@@ -71,13 +101,14 @@ impl<V: Copy + Add<Output = V> + Mul<f32, Output = V>> Group<V> {
             Mix::Two { first, share } => {
                 let (from, to) = (self.row(first), self.row(first + 1));
                 for ((&slot, &a), &b) in self.slots.iter().zip(from).zip(to) {
-                    out[slot as usize] = a * (1.0 - share) + b * share;
+                    out[slot as usize] = a.times(1.0 - share) + b.times(share);
                 }
             }
             Mix::Four { rows, weights: [wa, wb, wc, wd] } => {
                 let [a, b, c, d] = rows.map(|row| self.row(row));
                 for (index, &slot) in self.slots.iter().enumerate() {
-                    out[slot as usize] = finish(a[index] * wa + b[index] * wb + c[index] * wc + d[index] * wd);
+                    let sum = a[index].times(wa) + b[index].times(wb) + c[index].times(wc) + d[index].times(wd);
+                    out[slot as usize] = finish(sum);
                 }
             }
         }
@@ -101,21 +132,23 @@ fn sinc(square: f32) -> f32 {
 }
 
 impl Arcs {
-    /// Turns every key to the hemisphere of the one before and measures the angles.
-    fn over(mut group: Group<Quat>) -> Self {
-        let width = group.slots.len();
+    /// Keys row by row, unit. Turns every key to the hemisphere of the one before and measures the angles. Which hemisphere that is
+    /// is decided in f64: keys half a turn apart lie on its border.
+    fn over(slots: Vec<u32>, mut keys: Vec<DVec4>) -> Self {
+        let width = slots.len();
         let (mut squares, mut factors) = (Vec::new(), Vec::new());
-        for index in width..group.rows.len() {
-            let (before, own) = (group.rows[index - width], group.rows[index]);
+        for index in width..keys.len() {
+            let (before, own) = (keys[index - width], keys[index]);
             if before.dot(own) < 0.0 {
-                group.rows[index] = -own;
+                keys[index] = -own;
             }
-            let [a, b] = [before, group.rows[index]].map(|q| DVec4::from(q.as_dquat()));
-            let angle = (2.0 * (b - a).length().atan2((b + a).length())).min(FRAC_PI_2);
+            let angle = 2.0 * (keys[index] - before).length().atan2((keys[index] + before).length());
+            let angle = angle.min(FRAC_PI_2);
             squares.push((angle * angle) as f32);
             factors.push(if angle < 1e-9 { 1.0 } else { (angle / angle.sin()) as f32 });
         }
-        Self { group, squares, factors }
+        let rows = keys.into_iter().map(|key| Quat::from_vec4(key.as_vec4())).collect();
+        Self { group: Group { slots, rows }, squares, factors }
     }
 
     /// Shortest-path spherical interpolation, at constant speed.
@@ -125,7 +158,7 @@ impl Arcs {
         let (from, to) = (self.group.row(first), self.group.row(first + 1));
         let squares = &self.squares[first * width..][..width];
         let factors = &self.factors[first * width..][..width];
-        let rest = 1.0 - share;
+        let (share, rest) = (share as f32, (1.0 - share) as f32);
         for (index, &slot) in slots.iter().enumerate() {
             let (square, factor) = (squares[index], factors[index]);
             let a = rest * sinc(rest * rest * square) * factor;
@@ -140,7 +173,7 @@ impl Arcs {
 struct Timeline {
     interpolation: Interpolation,
     times: Vec<f32>,
-    translations: Group<Vec3A>,
+    translations: Group<DVec3>,
     scales: Group<Vec3A>,
     arcs: Arcs,
     /// Rotations that are not linear.
@@ -244,27 +277,30 @@ impl Timeline {
     fn of(members: &Members) -> Self {
         let Sampler { interpolation, times, .. } = members.like;
         let rows = times.len() * rows_of_key(*interpolation);
-        let vectors = |path: Path| {
-            let (slots, rows) = members.rows(path, rows);
-            Group { slots, rows: rows.into_iter().map(Vec3A::from_slice).collect() }
-        };
-        // Keys are made unit but for splines, whose tangents are no rotations.
         let spline = *interpolation == Interpolation::CubicSpline;
-        let rotation = |row: &[f32]| {
-            let raw = Vec4::from_slice(row);
-            Quat::from_vec4(if spline { raw } else { raw.as_dvec4().normalize_or(DVec4::W).as_vec4() })
-        };
+        let (slots, keys) = members.rows(Path::Translation, rows);
+        let place = |row: &[f32]| Vec3A::from_slice(row).as_dvec3();
+        let translations = Group { slots, rows: keys.into_iter().map(place).collect() };
+        let (slots, keys) = members.rows(Path::Scale, rows);
+        let scales = Group { slots, rows: keys.into_iter().map(Vec3A::from_slice).collect() };
         let (slots, keys) = members.rows(Path::Rotation, rows);
-        let group = Group { slots, rows: keys.into_iter().map(rotation).collect() };
-        let linear = *interpolation == Interpolation::Linear;
-        let (turning, rotations) = if linear { (group, Group::default()) } else { (Group::default(), group) };
+        // Keys are made unit but for splines, whose tangents are no rotations.
+        let unit = |row: &[f32]| Vec4::from_slice(row).as_dvec4().normalize_or(DVec4::W);
+        let (mut arcs, mut rotations) = (Arcs::default(), Group::default());
+        if *interpolation == Interpolation::Linear {
+            arcs = Arcs::over(slots, keys.into_iter().map(unit).collect());
+        } else {
+            let rotation =
+                |row: &[f32]| Quat::from_vec4(if spline { Vec4::from_slice(row) } else { unit(row).as_vec4() });
+            rotations = Group { slots, rows: keys.into_iter().map(rotation).collect() };
+        }
         let weight = |row: usize| members.weights.iter().map(move |(it, target, _)| it.values[row * it.width + target]);
         Self {
             interpolation: *interpolation,
             times: times.clone(),
-            translations: vectors(Path::Translation),
-            scales: vectors(Path::Scale),
-            arcs: Arcs::over(turning),
+            translations,
+            scales,
+            arcs,
             rotations,
             weights: Group {
                 slots: members.weights.iter().map(|&(.., slot)| slot).collect(),
@@ -278,15 +314,13 @@ impl Timeline {
         Some(match (locate(&self.times, time)?, self.interpolation) {
             (Moment::At(key), _) => Mix::Row(if spline { 3 * key + 1 } else { key }),
             (Moment::Between { index, .. }, Interpolation::Step) => Mix::Row(index),
-            (Moment::Between { index, share, .. }, Interpolation::Linear) => {
-                Mix::Two { first: index, share: share as f32 }
-            }
+            (Moment::Between { index, share, .. }, Interpolation::Linear) => Mix::Two { first: index, share },
             (Moment::Between { index, share: t, length }, Interpolation::CubicSpline) => {
                 let (t2, t3) = (t * t, t * t * t);
                 let weights =
                     [2.0 * t3 - 3.0 * t2 + 1.0, length * (t3 - 2.0 * t2 + t), length * (t3 - t2), 3.0 * t2 - 2.0 * t3];
                 let first = 3 * index;
-                Mix::Four { rows: [first + 1, first + 2, first + 3, first + 4], weights: weights.map(|w| w as f32) }
+                Mix::Four { rows: [first + 1, first + 2, first + 3, first + 4], weights }
             }
         })
     }

@@ -2,7 +2,7 @@
 //!
 //! Nothing here reads the packed arrays of [`Geometry`]; only which vertices there are, and in which order, comes from it.
 
-use glam::{DMat3, DMat4, DVec3, Vec3};
+use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use murano_scene::{Primitive, Scene, Skinning};
 use rayon::prelude::*;
 
@@ -18,6 +18,8 @@ pub struct Deformed {
     pub positions: Vec<DVec3>,
     /// World, unit, outward; zero where the body has collapsed so far that there is none.
     pub normals: Vec<DVec3>,
+    /// World, unit (zero where there is none), with the sign of the bitangent; empty where [`Geometry::tangents`] is.
+    pub tangents: Vec<DVec4>,
 }
 
 impl Deformed {
@@ -37,6 +39,9 @@ pub fn deform_f64(geometry: &Geometry, scene: &Scene, pose: &Pose) -> Deformed {
         let body = Body::new(scene, pose, instance);
         let vertices: Vec<Vertex> = source_vertices(body.primitive).into_par_iter().map(|v| body.deform(v)).collect();
         deformed.positions.extend(vertices.iter().map(|vertex| vertex.position));
+        if !geometry.tangents.is_empty() {
+            deformed.tangents.extend(vertices.iter().map(|vertex| vertex.tangent));
+        }
         if instance.flat_normals {
             deformed.normals.extend(vertices.chunks_exact(3).flat_map(flat_normals));
         } else {
@@ -50,6 +55,7 @@ pub fn deform_f64(geometry: &Geometry, scene: &Scene, pose: &Pose) -> Deformed {
 struct Vertex {
     position: DVec3,
     normal: DVec3,
+    tangent: DVec4,
     mirrored: bool,
 }
 
@@ -92,23 +98,31 @@ impl<'a> Body<'a> {
     fn deform(&self, vertex: usize) -> Vertex {
         let mut position = self.primitive.positions[vertex].as_dvec3();
         let mut normal = entry(self.primitive.normals.as_ref(), vertex);
+        let stored =
+            self.primitive.tangents.as_ref().and_then(|tangents| tangents.get(vertex)).copied().unwrap_or_default();
+        let mut tangent = stored.truncate().as_dvec3();
         for (target, &weight) in self.primitive.targets.iter().zip(self.weights) {
+            tangent += weight * entry(target.tangents.as_ref(), vertex);
             position += weight * entry(target.positions.as_ref(), vertex);
             normal += weight * entry(target.normals.as_ref(), vertex);
         }
         if let Some(motion) = self.mean_motion(vertex) {
+            let mirrored = motion.stretch.determinant() < 0.0;
             return Vertex {
                 position: motion.apply(position - self.pivot),
                 normal: motion.real * outward(&motion.stretch, normal),
-                mirrored: motion.stretch.determinant() < 0.0,
+                tangent: framed(motion.real * (motion.stretch * tangent), stored.w, mirrored),
+                mirrored,
             };
         }
         let matrix = self.blended_matrix(vertex);
         let linear = DMat3::from_mat4(matrix);
+        let mirrored = linear.determinant() < 0.0;
         Vertex {
             position: matrix.transform_point3(position),
             normal: outward(&linear, normal),
-            mirrored: linear.determinant() < 0.0,
+            tangent: framed(linear * tangent, stored.w, mirrored),
+            mirrored,
         }
     }
 
@@ -140,6 +154,11 @@ impl<'a> Body<'a> {
         let joint = first.and_then(|joints| self.joints.get(usize::from(joints[0])));
         joint.copied().unwrap_or(self.world_from_mesh)
     }
+}
+
+/// A deformed tangent, unit, with the sign of its bitangent, which turns where the map mirrors.
+fn framed(tangent: DVec3, sign: f32, mirrored: bool) -> DVec4 {
+    tangent.normalize_or_zero().extend(if mirrored { -f64::from(sign) } else { sign.into() })
 }
 
 fn entry(list: Option<&Vec<Vec3>>, vertex: usize) -> DVec3 {

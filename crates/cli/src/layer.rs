@@ -29,6 +29,7 @@ impl FromStr for LayerOption {
             let expected = "expected clip=NAME|INDEX and, after commas, weight=W, speed=S, repeat=MODE, from=S, until=S, \
                             fade=S, blend=over|add, mask=NODE+NODE";
             match word.split_once('=').ok_or(expected)? {
+                (name, "") => return Err(format!("{name}= needs a value")),
                 ("clip", clip) => {
                     layer.clip = clip_choice(clip);
                     named = true;
@@ -78,8 +79,17 @@ mod tests {
         };
         assert_eq!(layer, wanted);
         assert_eq!("clip=2".parse::<LayerOption>().unwrap().0.clip, ClipChoice::Index(2));
-        for wrong in ["", "wave", "weight=1", "clip=a,weight=x", "clip=a,fade=-1", "clip=a,until=0", "clip=a,blend=mix"]
-        {
+        for wrong in [
+            "",
+            "wave",
+            "weight=1",
+            "clip=a,weight=x",
+            "clip=a,fade=-1",
+            "clip=a,until=0",
+            "clip=a,blend=mix",
+            "clip=",
+            "clip=a,mask=",
+        ] {
             assert!(wrong.parse::<LayerOption>().is_err(), "{wrong}");
         }
     }

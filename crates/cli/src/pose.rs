@@ -7,7 +7,7 @@ use clap::Args;
 use glam::DVec3;
 use murano_animation::{Bounds, Deformed, Geometry, Layer, Pose, clip_time, deform_f64, shown_primitives, write_ply};
 use murano_render::{Renderer, World, find_clip};
-use murano_scene::{ClipChoice, LoopMode, Scene, Skinning};
+use murano_scene::{ClipChoice, LoopMode, Property, Scene, Skinning};
 use serde_json::json;
 
 use crate::{
@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     }
     scene.skinning = arguments.skinning;
     // The renderer keeps glass bodies apart. Without glass it has one geometry, with its vertices in the file's order.
-    scene.materials.iter_mut().for_each(|material| material.transmission = 0.0);
+    as_one_body(&mut scene);
     let geometry = Geometry::build(&scene, &shown_primitives(&scene))?;
     let duration = clip.map_or(0.0, |clip| scene.clips[clip].duration);
     let playing = Layer::alone(clip, clip_time(LoopMode::Loop, arguments.time, duration));
@@ -87,6 +87,14 @@ pub fn run(arguments: &Arguments) -> Result<()> {
         write_whole(output, |file| Ok(write_ply(file, &body.positions, &body.normals, &triangles)?))?;
     }
     arguments.report(body.positions.len(), triangles.len(), difference.as_ref())
+}
+
+/// Makes everything opaque, at all times, so that the renderer keeps it as one geometry.
+pub fn as_one_body(scene: &mut Scene) {
+    scene.materials.iter_mut().for_each(|material| material.transmission = 0.0);
+    for clip in &mut scene.clips {
+        clip.properties.retain(|channel| matches!(channel.property, Property::Weight(..)));
+    }
 }
 
 impl Arguments {

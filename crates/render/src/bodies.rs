@@ -135,16 +135,15 @@ pub(crate) struct Sorted {
     pub(crate) opaque: Opaque,
 }
 
-/// Splits what a scene shows into glass bodies and the rest, and tells what of that is polished metal. What a clip makes glass at any
-/// time is glass.
-pub(crate) fn sort(scene: &Scene) -> Result<Sorted, GeometryError> {
+/// Splits what a scene shows of these materials, which may not be its own, into glass bodies and the rest, and tells what of that is
+/// polished metal.
+pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, GeometryError> {
     let driven = Driven::of(scene);
     let glass_of = |node, primitive| {
         let index = material_of(scene, node, primitive)?;
-        let material = &scene.materials[index];
-        let glass = material.is_glass() || driven.glass.contains(&index);
+        let material = &materials[index];
         // What a clip drives may part from what is like it now.
-        glass.then(|| (Glass::of(material), driven.materials.contains(&index).then_some(index)))
+        material.is_glass().then(|| (Glass::of(material), driven.optics.contains(&index).then_some(index)))
     };
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
@@ -156,7 +155,7 @@ pub(crate) fn sort(scene: &Scene) -> Result<Sorted, GeometryError> {
     let polished = grouped(&opaque, |node, primitive, _| {
         let painted = scene.meshes[scene.nodes[node].mesh?].primitives.get(primitive)?.colors.is_some();
         let index = material_of(scene, node, primitive)?;
-        let mirror = Mirror::of(&scene.materials[index]).filter(|_| !painted)?;
+        let mirror = Mirror::of(&materials[index]).filter(|_| !painted)?;
         Some((mirror, driven.materials.contains(&index).then_some(index)))
     });
     let mirrors = polished
@@ -198,26 +197,47 @@ pub(crate) fn sort(scene: &Scene) -> Result<Sorted, GeometryError> {
     Ok(Sorted { bodies, mirrors, opaque: Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers } })
 }
 
-/// What the clips of a scene drive.
+/// Materials that the clips of a scene drive.
 #[derive(Default)]
 struct Driven {
-    /// Materials.
+    /// Any property.
     materials: BTreeSet<usize>,
-    /// Those whose transmission is above zero at some key.
-    glass: BTreeSet<usize>,
+    /// One by which bodies of a node are told apart.
+    optics: BTreeSet<usize>,
 }
 
 impl Driven {
     fn of(scene: &Scene) -> Self {
+        use MaterialProperty as M;
         let mut driven = Self::default();
-        for PropertyChannel { property, sampler } in scene.clips.iter().flat_map(|clip| &clip.properties) {
+        for PropertyChannel { property, .. } in scene.clips.iter().flat_map(|clip| &clip.properties) {
             let Property::Material(index, property) = *property else { continue };
             driven.materials.insert(index);
-            if property == MaterialProperty::Transmission && sampler.values.iter().any(|value| *value > 0.0) {
-                driven.glass.insert(index);
+            if matches!(property, M::Ior | M::Thickness | M::AttenuationDistance | M::AttenuationColor | M::Dispersion)
+            {
+                driven.optics.insert(index);
             }
         }
         driven
+    }
+}
+
+/// How a material is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Glass,
+    Mirror,
+    Opaque,
+}
+
+impl Kind {
+    /// Of a material.
+    pub(crate) fn of(material: &Material) -> Self {
+        match Mirror::of(material) {
+            _ if material.is_glass() => Self::Glass,
+            Some(_) => Self::Mirror,
+            None => Self::Opaque,
+        }
     }
 }
 

@@ -103,7 +103,8 @@ pub(crate) fn plan(
         drawn = drawn.union(body.bounds);
     }
     let picture = frame.composite(&mut plan, layered)?;
-    let shown = bodies.iter().map(|body| (body.index + 1, body.mapped.geometry));
+    let shown = bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
+    let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
     let deformed: Vec<_> = std::iter::once((0, opaque)).chain(shown).collect();
     let motions = before.map(|before| frame.motion(&mut plan, before, &deformed, origin)).transpose()?;
     let (accounts, motions) = (frame.accounts, motions.unwrap_or_default());
@@ -220,17 +221,13 @@ impl FramePlan<'_> {
         let Sorted { bodies, mirrors, .. } = self.stock.sorted;
         let mut posed = Vec::new();
         for (index, (body, mirror)) in (bodies.len() as u32..).zip(mirrors.iter().zip(&self.stock.looks.mirrors)) {
-            let Some(mirror) = *mirror else {
-                plan.cull("deform", index + 1, "it is no mirror now")?;
-                continue;
-            };
             if self.request.caustics.is_none() || self.request.lights.is_empty() {
                 plan.cull("deform", index + 1, "a mirror, and nothing asks for caustics")?;
                 continue;
             }
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let bounds = body.geometry.posed_bounds(pose);
-            posed.push(PosedMirror { index, mirror, mapped: deformed.into(), bounds });
+            posed.push(PosedMirror { index, mirror: *mirror, mapped: deformed.into(), bounds });
         }
         Ok(posed)
     }
@@ -247,8 +244,11 @@ impl FramePlan<'_> {
 
     /// Opaque things, lit by the environment, before it where there is nothing.
     fn opaque(&self, plan: &mut Plan<Work>, geometry: &DeformedGeometry) -> Result<OpaquePicture, GpuError> {
-        let shader =
-            self.stock.gpu.shader(&ShaderSpec::new("render::opaque").feature("textured", self.stock.looks.textured))?;
+        let tangents = geometry.tangents.filter(|_| self.stock.looks.textured);
+        let spec = ShaderSpec::new("render::opaque")
+            .feature("textured", self.stock.looks.textured)
+            .feature("framed", tangents.is_some());
+        let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
         let params = OpaqueParams {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
@@ -266,6 +266,9 @@ impl FramePlan<'_> {
             .output("colour", 16 * count)
             .output("cover", 4 * count);
         let mut pass = rasterise(self.stock.gpu, pass, geometry, self.eye.size, Layers::Nearest)?;
+        if let Some(tangents) = tangents {
+            pass = pass.input("tangents", tangents);
+        }
         for (name, stamp, leaf) in self.stock.sorted.opaque.buffers.iter().chain(&self.stock.looks.materials) {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
@@ -340,8 +343,11 @@ impl FramePlan<'_> {
         map: &InterfaceMap,
     ) -> Result<Option<Output>, GpuError> {
         let Some(front_triangles) = map.front_triangles else { return Ok(None) };
-        let shader =
-            self.stock.gpu.shader(&ShaderSpec::new("render::glass_surface").feature("textured", source.textured))?;
+        let tangents = map.geometry.tangents.filter(|_| source.textured);
+        let spec = ShaderSpec::new("render::glass_surface")
+            .feature("textured", source.textured)
+            .feature("framed", tangents.is_some());
+        let shader = self.stock.gpu.shader(&spec)?;
         let mut pass = ComputePass::new(name, instance)
             .value("viewpoint", &viewpoint.uniform(self.origin))
             .input("positions", map.geometry.positions)
@@ -350,6 +356,9 @@ impl FramePlan<'_> {
             .cleared_output("glass_surface", 32 * texels(viewpoint.size));
         if source.textured {
             pass = pass.input("normals", map.geometry.normals);
+        }
+        if let Some(tangents) = tangents {
+            pass = pass.input("tangents", tangents);
         }
         for (name, stamp, leaf) in &source.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));

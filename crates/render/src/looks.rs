@@ -1,8 +1,7 @@
 //! What bodies look like at a moment: glass, mirrors and the table of materials, anew where a clip drives materials.
 
-use std::sync::Arc;
-
 use glam::Vec3;
+use murano_animation::GeometryError;
 use murano_caustics::Mirror;
 use murano_gpu::Leaf;
 use murano_refraction::Glass;
@@ -11,7 +10,7 @@ use murano_scheduler::Stamp;
 
 use crate::{
     Floor,
-    bodies::{Body, Part, Sorted, material_of},
+    bodies::{Body, Kind, Part, Sorted, material_of, sort},
     materials::MaterialTable,
 };
 
@@ -56,45 +55,65 @@ impl Look {
 pub(crate) struct Looks {
     /// Of each glass body.
     pub(crate) bodies: Vec<Look>,
-    /// Of each polished body; `None` while its material is none.
-    pub(crate) mirrors: Vec<Option<Mirror>>,
+    /// Of each polished body.
+    pub(crate) mirrors: Vec<Mirror>,
     /// Whether any material has a texture.
     pub(crate) textured: bool,
     /// The table of materials and its textures, by the names that shaders bind.
     pub(crate) materials: [Constant; 3],
 }
 
-/// What looks are made from besides materials: textures are decoded and hashed once.
+/// What looks are made from besides bodies and materials: textures are decoded and hashed once.
 pub(crate) struct LookSource {
     table: MaterialTable,
     texels: Constant,
     /// Material of the floor, and the radius at which it fades.
     fading: Option<(usize, f32)>,
-    /// Of the scene's own materials.
-    usual: Arc<Looks>,
 }
 
 impl LookSource {
     /// Of a scene whose floor has a material.
-    pub(crate) fn new(scene: &Scene, sorted: &Sorted, floor: Option<(usize, &Floor)>) -> Self {
+    pub(crate) fn new(scene: &Scene, floor: Option<(usize, &Floor)>) -> Self {
         let table = MaterialTable::new(scene);
         let fading = floor.map(|(material, floor)| (material, floor.half_extent as f32));
         let texels = constant("texels", Leaf::of(&table.texels));
-        let usual = Arc::new(looks(scene, &scene.materials, sorted, &table, &texels, fading));
-        Self { table, texels, fading, usual }
+        Self { table, texels, fading }
     }
 
-    /// What everything looks like where some materials have changed.
-    pub(crate) fn at(&self, scene: &Scene, sorted: &Sorted, changed: &[(usize, Material)]) -> Arc<Looks> {
-        if changed.is_empty() {
-            return Arc::clone(&self.usual);
+    /// What bodies sorted by these materials look like.
+    pub(crate) fn looks(&self, scene: &Scene, sorted: &Sorted, materials: &[Material]) -> Looks {
+        let table = self.table.with_materials(scene, materials);
+        looks(scene, materials, sorted, &table, &self.texels, self.fading)
+    }
+}
+
+/// Bodies sorted by what their materials are at some moments, and what they look like at the last of these.
+pub(crate) struct Arrangement {
+    /// How each material is drawn.
+    kinds: Vec<Kind>,
+    materials: Vec<Material>,
+    pub(crate) sorted: Sorted,
+    pub(crate) looks: Looks,
+}
+
+impl Arrangement {
+    /// Sorts what a scene shows of these materials.
+    pub(crate) fn new(scene: &Scene, source: &LookSource, materials: Vec<Material>) -> Result<Self, GeometryError> {
+        let sorted = sort(scene, &materials)?;
+        let looks = source.looks(scene, &sorted, &materials);
+        Ok(Self { kinds: materials.iter().map(Kind::of).collect(), materials, sorted, looks })
+    }
+
+    /// Takes on other materials; `false` if these are drawn in other ways than its own, so that bodies have to be sorted anew.
+    pub(crate) fn take(&mut self, scene: &Scene, source: &LookSource, materials: &[Material]) -> bool {
+        if !self.kinds.iter().copied().eq(materials.iter().map(Kind::of)) {
+            return false;
         }
-        let mut materials = scene.materials.clone();
-        for (index, material) in changed {
-            materials[*index].clone_from(material);
+        if self.materials != materials {
+            self.looks = source.looks(scene, &self.sorted, materials);
+            self.materials = materials.to_vec();
         }
-        let table = self.table.with_materials(scene, &materials);
-        Arc::new(looks(scene, &materials, sorted, &table, &self.texels, self.fading))
+        true
     }
 }
 
@@ -119,7 +138,7 @@ fn looks(
             .iter()
             .map(|body| look(body, &body.parts.iter().filter_map(of).collect::<Vec<_>>(), &shared))
             .collect(),
-        mirrors: sorted.mirrors.iter().map(|mirror| of(&mirror.part).and_then(Mirror::of)).collect(),
+        mirrors: sorted.mirrors.iter().filter_map(|mirror| of(&mirror.part).and_then(Mirror::of)).collect(),
         textured: !table.slots.is_empty(),
         materials: shared,
     }

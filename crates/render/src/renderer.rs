@@ -1,7 +1,5 @@
 //! The renderer: a world made ready for a device, and the frames it is asked for.
 
-use std::sync::Arc;
-
 use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, Layer, Properties, Rig};
 use murano_caustics::level_texels;
@@ -13,10 +11,10 @@ use murano_scheduler::{History, Output, Plan};
 use crate::{
     Frame, FrameRequest, PassReport, Skipping, World,
     aov::{self, Layers},
-    bodies::{self, Sorted},
+    bodies,
     distant::Distant,
     frame::{self, Planned, Stock},
-    looks::{LookSource, Looks},
+    looks::{Arrangement, LookSource},
 };
 
 /// Why a frame could not be made.
@@ -38,13 +36,17 @@ const MOST_STEPS: u32 = 64;
 /// Photons, and texels of a map, along a side.
 const MOST_PHOTONS: u32 = 8192;
 
+/// Ways to sort the bodies of a world that are kept: a clip may make glass of things, and undo it.
+const MOST_ARRANGEMENTS: usize = 4;
+
 /// A world on a device.
 pub struct Renderer {
     gpu: Gpu,
     world: World,
     rig: Rig,
-    sorted: Sorted,
     look_source: LookSource,
+    /// The one in use first.
+    arrangements: Vec<Arrangement>,
     distant: Distant,
     fade_centre: DVec3,
     history: History,
@@ -68,12 +70,21 @@ impl Renderer {
     pub fn new(gpu: Gpu, mut world: World) -> Result<Self, RenderError> {
         let floor = world.floor;
         let material = floor.as_ref().map(|floor| bodies::add_floor(&mut world.scene, floor));
-        let sorted = bodies::sort(&world.scene)?;
-        let look_source = LookSource::new(&world.scene, &sorted, material.zip(floor.as_ref()));
+        let look_source = LookSource::new(&world.scene, material.zip(floor.as_ref()));
+        let arrangement = Arrangement::new(&world.scene, &look_source, world.scene.materials.clone())?;
         let fade_centre = floor.map_or(DVec3::ZERO, |floor| DVec3::new(floor.center[0], floor.height, floor.center[1]));
         let distant = Distant::new(world.environment.as_ref());
         let rig = Rig::new(&world.scene);
-        Ok(Self { gpu, world, rig, sorted, look_source, distant, fade_centre, history: History::new() })
+        Ok(Self {
+            gpu,
+            world,
+            rig,
+            look_source,
+            arrangements: vec![arrangement],
+            distant,
+            fade_centre,
+            history: History::new(),
+        })
     }
 
     /// The world, with the floor as a node of its scene.
@@ -92,17 +103,27 @@ impl Renderer {
         self.gpu
     }
 
-    /// What everything looks like while this plays.
-    fn looks(&self, playing: &[Layer]) -> Arc<Looks> {
-        let properties = Properties::sample(&self.world.scene, playing);
-        self.look_source.at(&self.world.scene, &self.sorted, &properties.materials)
+    /// Sorts bodies by what their materials are while this plays, where they are drawn in other ways than before.
+    fn arrange(&mut self, playing: &[Layer]) -> Result<(), GeometryError> {
+        let scene = &self.world.scene;
+        let materials = Properties::sample(scene, playing).all_materials(scene);
+        let source = &self.look_source;
+        let place = self.arrangements.iter_mut().position(|arrangement| arrangement.take(scene, source, &materials));
+        if let Some(place) = place {
+            self.arrangements.swap(0, place);
+        } else {
+            self.arrangements.insert(0, Arrangement::new(scene, source, materials)?);
+            self.arrangements.truncate(MOST_ARRANGEMENTS);
+        }
+        Ok(())
     }
 
-    fn stock<'a>(&'a self, looks: &'a Looks) -> Stock<'a> {
+    fn stock(&self) -> Stock<'_> {
+        let Arrangement { sorted, looks, .. } = &self.arrangements[0];
         Stock {
             gpu: &self.gpu,
             scene: &self.world.scene,
-            sorted: &self.sorted,
+            sorted,
             looks,
             distant: &self.distant,
             fade_centre: self.fade_centre,
@@ -116,11 +137,11 @@ impl Renderer {
     pub fn render(&mut self, request: &FrameRequest) -> Result<Frame, RenderError> {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
-        let looks = self.looks(&request.playing);
+        self.arrange(&request.playing)?;
         let before = request.before.as_ref().filter(|_| request.aov);
         let before = before.map(|moment| (moment, self.rig.pose(&moment.playing)));
         let before = before.as_ref().map(|(moment, pose)| (*moment, pose));
-        let planned = frame::plan(&self.stock(&looks), &pose, before, request)?;
+        let planned = frame::plan(&self.stock(), &pose, before, request)?;
         let mut targets = vec![planned.picture];
         if request.aov {
             targets.push(planned.colour);
@@ -146,10 +167,12 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::Gpu`] of the device.
     pub fn deform(&mut self, playing: &[Layer]) -> Result<Vec<DeformedMesh>, RenderError> {
+        self.arrange(playing)?;
         let pose = self.rig.pose(playing);
         let mut plan: Plan<Work> = Plan::new();
-        let all = self.sorted.bodies.iter().map(|body| (&body.geometry, &body.leaves));
-        let all = all.chain([(&self.sorted.opaque.geometry, &self.sorted.opaque.leaves)]);
+        let sorted = &self.arrangements[0].sorted;
+        let all = sorted.bodies.iter().map(|body| (&body.geometry, &body.leaves));
+        let all = all.chain([(&sorted.opaque.geometry, &sorted.opaque.leaves)]);
         let mut meshes = Vec::new();
         let mut targets: Vec<Output> = Vec::new();
         for (instance, (geometry, leaves)) in (0..).zip(all) {
@@ -178,8 +201,8 @@ impl Renderer {
     pub fn caustic_accounts(&mut self, request: &FrameRequest) -> Result<Vec<CausticAccount>, RenderError> {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
-        let looks = self.looks(&request.playing);
-        let planned = frame::plan(&self.stock(&looks), &pose, None, request)?;
+        self.arrange(&request.playing)?;
+        let planned = frame::plan(&self.stock(), &pose, None, request)?;
         let targets: Vec<Output> = planned
             .accounts
             .iter()

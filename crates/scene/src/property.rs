@@ -1,5 +1,9 @@
 //! Numbers of materials, lights and cameras that a clip can drive (KHR_animation_pointer).
 
+use std::f32::consts::FRAC_PI_2;
+
+use glam::{DVec3, Vec2, Vec3, Vec4};
+
 use crate::{AlphaMode, Camera, Light, LightKind, Material, NodeIndex, Projection, Sampler, TextureRef};
 
 /// A texture slot of a material.
@@ -150,13 +154,15 @@ impl MaterialProperty {
             return;
         }
         match (self, numbers.as_slice()) {
-            (Self::BaseColor, &[r, g, b, a]) => material.base_color = glam::Vec4::new(r, g, b, a),
-            (Self::Emissive, &[r, g, b]) => material.emissive = glam::Vec3::new(r, g, b),
-            (Self::AttenuationColor, &[r, g, b]) => {
-                material.attenuation_color = glam::Vec3::new(r, g, b).clamp(glam::Vec3::ZERO, glam::Vec3::ONE);
+            (Self::BaseColor, &[r, g, b, a]) => {
+                material.base_color = Vec4::new(r, g, b, a).clamp(Vec4::ZERO, Vec4::ONE);
             }
-            (Self::TextureOffset(slot), &[u, v]) => slot.change(material, |it| it.offset = glam::Vec2::new(u, v)),
-            (Self::TextureScale(slot), &[u, v]) => slot.change(material, |it| it.scale = glam::Vec2::new(u, v)),
+            (Self::Emissive, &[r, g, b]) => material.emissive = Vec3::new(r, g, b).max(Vec3::ZERO),
+            (Self::AttenuationColor, &[r, g, b]) => {
+                material.attenuation_color = Vec3::new(r, g, b).clamp(Vec3::ZERO, Vec3::ONE);
+            }
+            (Self::TextureOffset(slot), &[u, v]) => slot.change(material, |it| it.offset = Vec2::new(u, v)),
+            (Self::TextureScale(slot), &[u, v]) => slot.change(material, |it| it.scale = Vec2::new(u, v)),
             (Self::TextureRotation(slot), &[angle]) => slot.change(material, |it| it.rotation = angle),
             (Self::Metallic, &[value]) => material.metallic = value.clamp(0.0, 1.0),
             (Self::Roughness, &[value]) => material.roughness = value.clamp(0.0, 1.0),
@@ -164,11 +170,14 @@ impl MaterialProperty {
             (Self::EmissiveStrength, &[value]) => material.emissive_strength = value.max(0.0),
             (Self::AlphaCutoff, &[value]) => {
                 if let AlphaMode::Mask(cutoff) = &mut material.alpha {
-                    *cutoff = value;
+                    *cutoff = value.max(0.0);
                 }
             }
             (Self::Transmission, &[value]) => material.transmission = value.clamp(0.0, 1.0),
-            (Self::Ior, _) => material.ior = values.first().map_or(material.ior, |&ior| ior.max(1.0)),
+            // 0 stands for total reflection in KHR_materials_ior; glass of it does not exist, as in a material at rest.
+            (Self::Ior, _) => {
+                material.ior = values.first().map_or(material.ior, |&ior| if ior < 1.0 { 1.5 } else { ior });
+            }
             (Self::Thickness, &[value]) => material.thickness = value.max(0.0),
             (Self::AttenuationDistance, &[value]) => {
                 material.attenuation_distance = if value > 0.0 { value } else { f32::INFINITY };
@@ -223,12 +232,12 @@ impl LightProperty {
             return;
         }
         match (self, values, &mut light.kind) {
-            (Self::Color, &[r, g, b], _) => light.color = glam::DVec3::new(r, g, b).as_vec3().max(glam::Vec3::ZERO),
+            (Self::Color, &[r, g, b], _) => light.color = DVec3::new(r, g, b).as_vec3().max(Vec3::ZERO),
             (Self::Intensity, &[value], _) => light.intensity = (value as f32).max(0.0),
             (Self::Range, &[value], _) => light.range = if value > 0.0 { value as f32 } else { f32::INFINITY },
             (Self::InnerCone, &[value], LightKind::Spot { inner, outer }) => *inner = (value as f32).clamp(0.0, *outer),
             (Self::OuterCone, &[value], LightKind::Spot { inner, outer }) => {
-                *outer = (value as f32).clamp(1e-3, std::f32::consts::FRAC_PI_2);
+                *outer = (value as f32).clamp(1e-3, FRAC_PI_2);
                 *inner = inner.min(*outer);
             }
             _ => {}
@@ -277,9 +286,9 @@ mod tests {
             image: 0,
             texcoord: 0,
             wrap: [crate::Wrap::Repeat; 2],
-            offset: glam::Vec2::ZERO,
+            offset: Vec2::ZERO,
             rotation: 0.0,
-            scale: glam::Vec2::ONE,
+            scale: Vec2::ONE,
         };
         let mut material =
             Material { alpha: AlphaMode::Mask(0.5), normal_texture: Some(texture), ..Material::glass(1.5) };
@@ -307,8 +316,12 @@ mod tests {
             property.set(&mut material, &[f64::NAN; 4]);
             assert!(property.get(&material).unwrap().iter().all(|value| *value == 0.25), "{property:?}");
         }
-        M::Ior.set(&mut material, &[0.5]);
-        assert_eq!(M::Ior.get(&material), Some(vec![1.0]));
+        M::Ior.set(&mut material, &[1.25]);
+        assert_eq!(M::Ior.get(&material), Some(vec![1.25]));
+        M::Ior.set(&mut material, &[0.0]);
+        assert_eq!(M::Ior.get(&material), Some(vec![1.5]));
+        M::BaseColor.set(&mut material, &[-0.5, 2.0, 0.5, 1.0]);
+        assert_eq!(M::BaseColor.get(&material), Some(vec![0.0, 1.0, 0.5, 1.0]));
         assert_eq!(M::TextureScale(TextureSlot::BaseColor).get(&material), None);
     }
 }

@@ -249,6 +249,16 @@ fn what_is_driven_twice_by_other_ways_is_driven_once() {
     assert_eq!((scene.clips[0].properties.len(), scene.report.warnings.len()), (1, 1));
 }
 
+/// By pointer, integers that are not normalised are what they say.
+#[test]
+fn integers_by_pointer_are_themselves() {
+    let mut model = pointed(&[("/materials/1/extensions/KHR_materials_ior/ior", "SCALAR", &[1.0, 1.5])]);
+    let bytes = model.accessor(5121, "SCALAR", 2, &[1, 2]);
+    model.json["animations"][0]["samplers"][0]["output"] = json!(bytes);
+    let scene = model.import().expect("a sound model");
+    assert_eq!(scene.clips[0].properties[0].sampler.values, [1.0, 2.0]);
+}
+
 #[test]
 fn pointers_to_nothing_are_dropped_or_refused() {
     for pointer in ["", "materials/0/alphaCutoff", "/materials/x/alphaCutoff", "/materials/0", "/nodes/0/weights/9"] {

@@ -4,7 +4,7 @@ mod common;
 
 use common::Model;
 use glam::{DQuat, DVec3};
-use murano_scene::{ImportProblem, Local};
+use murano_scene::{ImportProblem, Local, Path};
 use serde_json::{Value, json};
 
 /// The triangle's node with instance attributes, and a node after it.
@@ -110,4 +110,18 @@ fn instancing_that_means_nothing_is_ignored_with_a_warning() {
     let unknown = instanced(json!({ "COLOR_0": 0 })).import().expect("a sound model");
     assert_eq!(unknown.nodes.len(), 2 + 3);
     assert!(unknown.report.warnings[0].contains("COLOR_0"));
+}
+
+#[test]
+fn a_clip_drives_the_weights_of_every_instance() {
+    let mut model = Model::triangle();
+    model.json["meshes"][0]["primitives"][0]["targets"] = json!([{ "POSITION": 0 }]);
+    let places = model.floats("VEC3", &[0.0; 6]);
+    let (input, output) = (model.floats("SCALAR", &[0.0, 1.0]), model.floats("SCALAR", &[0.0, 1.0]));
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "weights" } });
+    model.json["animations"] = json!([{ "channels": [channel], "samplers": [{ "input": input, "output": output }] }]);
+    let scene = with_attributes(model, json!({ "TRANSLATION": places })).import().expect("a sound model");
+    let driven: Vec<_> = scene.clips[0].channels.iter().map(|channel| (channel.node, channel.path)).collect();
+    assert_eq!(driven, [(2, Path::Weights), (3, Path::Weights)]);
+    assert!(scene.report.warnings.is_empty(), "{:?}", scene.report.warnings);
 }

@@ -86,6 +86,7 @@ impl Surface {
         DeformedGeometry {
             positions: leaf("positions", Leaf::of(&rows(1.0, scale).collect::<Vec<Vec4>>())),
             normals: leaf("normals", Leaf::of(&rows(0.0, 1.0).collect::<Vec<Vec4>>())),
+            tangents: None,
             triangles: leaf("triangles", Leaf::of(&self.triangles)),
             // Open everywhere: rasterising asks for none.
             neighbours: leaf("neighbours", Leaf::of(&vec![[0u32; 3]; self.triangles.len()])),

@@ -3,10 +3,13 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use murano_scene::{Channel, Clip, Interpolation, Local, Path, Property, PropertyChannel, Sampler, Scene, Transform};
+use murano_scene::{
+    Channel, Clip, Interpolation, Local, Material, MaterialProperty, Path, Property, PropertyChannel, Sampler, Scene,
+    Transform,
+};
 
 use super::{hang, node, primitive, scene_of, translated};
-use crate::{Blend, Layer, Pose, Rig};
+use crate::{Blend, Layer, Pose, Properties, Rig};
 
 /// Numbers in -1..1 that depend on an index.
 fn noise(index: usize) -> f32 {
@@ -216,4 +219,83 @@ fn a_cross_fade_goes_from_one_to_the_other() {
         before = now;
     }
     assert!((angle(0.5) - 30.0).abs() < 1e-5 && (angle(1.0) - 60.0).abs() < 1e-5);
+}
+
+/// A million metres away a node moves by its keys, not by what f32 leaves of its place; one that no clip drives does not move.
+#[test]
+fn far_away_nodes_keep_their_precision() {
+    let mut scene = scene_of(vec![node(None, translated(0.0, 0.0, 0.0)), node(None, translated(1e6 + 0.1, 0.0, 0.0))]);
+    let sampler = Sampler {
+        interpolation: Interpolation::Linear,
+        times: vec![0.0, 1.0],
+        width: 3,
+        values: vec![1e6, 0.0, 0.0, 1e6 + 1.0, 0.0, 0.0],
+    };
+    scene.clips.push(Clip {
+        name: "go".into(),
+        channels: vec![Channel { node: 0, path: Path::Translation, sampler }],
+        duration: 1.0,
+        ..Clip::default()
+    });
+    let rig = Rig::new(&scene);
+    for step in 0..=100 {
+        let share = f64::from(step) / 100.0;
+        let place = |weight: f64| {
+            let pose = rig.pose(&[Layer { weight, ..Layer::new(0, share) }]);
+            [0, 1].map(|node: usize| pose.world_from_node[node].w_axis.x)
+        };
+        assert!((place(1.0)[0] - (1e6 + share)).abs() < 1e-9, "{share}");
+        assert!((place(share)[1] - (1e6 + 0.1)).abs() < 1e-9, "{share}: {}", place(share)[1]);
+    }
+}
+
+/// Keys half a turn apart about any axis: both ways round are as short, and rig and f64 take the same.
+#[test]
+fn half_turns_go_the_same_way_round() {
+    for case in 0..2000 {
+        let number = |lane: usize| f64::from(noise(4000 + 16 * case + lane));
+        let from = DQuat::from_xyzw(number(0), number(1), number(2), number(3)).normalize();
+        let axis = DVec3::new(number(4), number(5), number(6)).normalize();
+        let to = DQuat::from_axis_angle(axis, std::f64::consts::PI) * from;
+        let values = [from, to].iter().flat_map(|q| q.as_quat().to_array()).collect();
+        let mut scene = scene_of(vec![node(None, translated(0.0, 0.0, 0.0))]);
+        let sampler = Sampler { interpolation: Interpolation::Linear, times: vec![0.0, 1.0], width: 4, values };
+        scene.clips.push(Clip {
+            name: "turn".into(),
+            channels: vec![Channel { node: 0, path: Path::Rotation, sampler }],
+            duration: 1.0,
+            ..Clip::default()
+        });
+        let playing = [Layer::new(0, 0.5)];
+        let off = farthest(&Rig::new(&scene).pose(&playing), &Pose::sample(&scene, &playing));
+        assert!(off < 2e-6, "case {case}: {off}");
+    }
+}
+
+/// No attenuation is an infinite distance: blended as its reciprocal, as absorption is.
+#[test]
+fn properties_that_may_be_infinite_are_blended() {
+    let curve = |value: f32| Sampler {
+        interpolation: Interpolation::Linear,
+        times: vec![0.0, 1.0],
+        width: 1,
+        values: vec![value, value],
+    };
+    let driven = |property, value| Clip {
+        properties: vec![PropertyChannel { property: Property::Material(0, property), sampler: curve(value) }],
+        duration: 1.0,
+        ..Clip::default()
+    };
+    let scene = Scene {
+        materials: vec![Material::glass(1.5)],
+        clips: vec![driven(MaterialProperty::AttenuationDistance, 2.0), driven(MaterialProperty::Ior, 1.75)],
+        ..Scene::default()
+    };
+    let at = |layers: &[Layer]| Properties::sample(&scene, layers).materials[0].1.clone();
+    let weighed = |weight: f64| at(&[Layer { weight, ..Layer::new(0, 0.5) }]).attenuation_distance;
+    assert_eq!([0.0, 0.5, 1.0].map(weighed), [f32::INFINITY, 4.0, 2.0]);
+    let both = at(&[Layer::new(0, 0.5), Layer { blend: Blend::Add, ..Layer::new(1, 0.5) }]);
+    assert_eq!(both.attenuation_distance, 2.0);
+    assert_eq!(at(&[Layer::new(0, 0.5), Layer { weight: 0.5, ..Layer::new(1, 0.5) }]).ior, 1.625);
+    assert_eq!(weighed(f64::NAN), f32::INFINITY);
 }

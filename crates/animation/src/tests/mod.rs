@@ -1,5 +1,6 @@
 //! Tests of poses and deformation as a whole, on scenes made by hand and on model files.
 
+mod asset_generator;
 mod corpus;
 mod crowds;
 mod deformation;
@@ -8,6 +9,7 @@ mod layers;
 mod packed;
 mod posing;
 mod properties;
+mod variants;
 
 use glam::{DMat4, DVec3, Vec3, Vec4};
 use murano_scene::{Local, Mesh, Node, NodeIndex, Primitive, Scene, Skin, Transform};

@@ -52,8 +52,8 @@ fn what_is_infinite_at_rest_stays_a_number() {
         assert_eq!(distance(other(without, Blend::Add)), 2.0, "added at {without}");
     }
     assert_eq!(distance(other(0.5, Blend::Add)), 2.0);
-    assert_eq!([0.5, 1.0].map(|weight| distance(other(weight, Blend::Over))), [f32::INFINITY; 2]);
-    assert_eq!(distance(Layer { weight: 0.5, ..Layer::new(0, 1.0) }), 2.5);
+    assert_eq!([0.5, 1.0].map(|weight| distance(other(weight, Blend::Over))), [4.0, f32::INFINITY]);
+    assert_eq!(distance(Layer { weight: 0.5, ..Layer::new(0, 1.0) }), 2.4);
 }
 
 #[test]

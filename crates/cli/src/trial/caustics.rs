@@ -91,7 +91,7 @@ fn lamp(subject: &Subject) -> Result<&PlacedLight> {
 
 /// The glass alone: the floor is the plane on which light is received.
 fn glass_over_floor(subject: &Subject) -> Result<World> {
-    let mut scene = subject.renderer.world().scene.clone();
+    let mut scene = subject.scene().into_owned();
     if subject.renderer.world().floor.is_some() {
         // The renderer appends its floor as the last root.
         scene.roots.pop();

@@ -152,9 +152,10 @@ impl Truth {
             radius: floor.half_extent,
         });
         let photons = subject.request.caustics.map(|_| caustic_photons(subject, &world)).transpose()?;
+        let materials = subject.scene();
         let scene = PathScene {
             world: &world,
-            scene: &shown.scene,
+            scene: &materials,
             environment: shown.environment.as_ref(),
             lights: &subject.request.lights,
             photons: photons.as_ref(),

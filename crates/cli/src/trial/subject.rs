@@ -1,11 +1,13 @@
 //! One moment of a shot, on a device.
 
+use std::borrow::Cow;
+
 use anyhow::{Context, Result};
-use murano_animation::{Pose, shown_primitives};
+use murano_animation::{Pose, Properties, shown_primitives};
 use murano_gpu::Gpu;
 use murano_reference as reference;
 use murano_render::{Frame, FrameRequest, Renderer, Settings, Stage, World};
-use murano_scene::{Material, Primitive, Shot};
+use murano_scene::{Material, Primitive, Scene, Shot};
 
 /// One moment of a shot, ready to be rendered and to be traced.
 pub struct Subject {
@@ -73,6 +75,16 @@ impl Subject {
         Ok(self.renderer.render(&request)?)
     }
 
+    /// The scene that the frame shows: with its materials as clips have made them.
+    pub fn scene(&self) -> Cow<'_, Scene> {
+        let scene = &self.renderer.world().scene;
+        let properties = Properties::sample(scene, &self.request.playing);
+        if properties.materials.is_empty() {
+            return Cow::Borrowed(scene);
+        }
+        Cow::Owned(Scene { materials: properties.all_materials(scene), ..scene.clone() })
+    }
+
     /// The pose that the frame shows.
     pub fn pose(&self) -> Pose {
         Pose::sample(&self.renderer.world().scene, &self.request.playing)
@@ -83,8 +95,7 @@ impl Subject {
     /// # Errors
     /// If the pose is not finite or the scene shows no glass.
     pub fn traced(&self) -> Result<reference::World> {
-        let scene = &self.renderer.world().scene;
-        let world = reference::World::of_scene(scene, &self.pose()).context("the reference tracer")?;
+        let world = reference::World::of_scene(&self.scene(), &self.pose()).context("the reference tracer")?;
         anyhow::ensure!(
             !world.bodies.is_empty(),
             "the input shows no glass, so there is nothing to compare; make it glass with --glass"

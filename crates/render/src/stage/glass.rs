@@ -1,13 +1,14 @@
 //! What a shot says about glass, applied to a model's materials.
 
 use glam::{Vec3, Vec4};
-use murano_scene::{GlassBodies, Material, Primitive, Scene, ShotGlass};
+use murano_scene::{GlassBodies, Material, MaterialProperty, Primitive, Property, Scene, ShotGlass};
 
-/// Turns materials into glass and gives every glass the shot's values.
+/// Turns materials into glass and gives every glass the shot's values, at all times: clips drive no longer what the shot says.
 ///
 /// # Errors
 /// The name of a material that the model does not have.
 pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
+    let filed: Vec<bool> = scene.materials.iter().map(Material::is_glass).collect();
     match &glass.bodies {
         GlassBodies::AsFiled => {}
         GlassBodies::All => {
@@ -26,7 +27,10 @@ pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
             }
         }
     }
-    for material in scene.materials.iter_mut().filter(|material| material.is_glass()) {
+    let at_times = glass_at_times(scene);
+    let glassy =
+        scene.materials.iter_mut().zip(&at_times).filter(|(material, at_times)| material.is_glass() || **at_times);
+    for (material, _) in glassy {
         material.ior = glass.ior.unwrap_or(material.ior);
         material.attenuation_color = glass.attenuation_color.map_or(material.attenuation_color, Vec3::from_array);
         material.attenuation_distance = glass.attenuation_distance.unwrap_or(material.attenuation_distance);
@@ -40,7 +44,47 @@ pub fn apply(glass: &ShotGlass, scene: &mut Scene) -> Result<(), String> {
             material.thickness = if thin { 0.0 } else { material.thickness.max(1.0) };
         }
     }
+    release(glass, scene, &filed);
     Ok(())
+}
+
+/// Which materials some clip makes glass.
+fn glass_at_times(scene: &Scene) -> Vec<bool> {
+    let mut glass = vec![false; scene.materials.len()];
+    for channel in scene.clips.iter().flat_map(|clip| &clip.properties) {
+        if let Property::Material(index, MaterialProperty::Transmission) = channel.property {
+            glass[index] |= channel.sampler.values.iter().any(|value| *value > 0.0);
+        }
+    }
+    glass
+}
+
+/// Takes from the clips what the shot sets of glass, and of what it has made glass all that was painted on it. `filed` tells what was
+/// glass before.
+fn release(glass: &ShotGlass, scene: &mut Scene, filed: &[bool]) {
+    use MaterialProperty as M;
+    let at_times = glass_at_times(scene);
+    let is_glass: Vec<bool> =
+        scene.materials.iter().zip(at_times).map(|(material, at_times)| material.is_glass() || at_times).collect();
+    let set = |property: MaterialProperty| match property {
+        M::Ior => glass.ior.is_some(),
+        M::AttenuationColor => glass.attenuation_color.is_some(),
+        M::AttenuationDistance => glass.attenuation_distance.is_some(),
+        M::Dispersion => glass.dispersion.is_some(),
+        M::Roughness => glass.roughness.is_some(),
+        M::Thickness => glass.thin.is_some(),
+        _ => false,
+    };
+    let painted = |property: MaterialProperty| {
+        !matches!(property, M::Ior | M::AttenuationColor | M::AttenuationDistance | M::Dispersion | M::NormalScale)
+    };
+    for clip in &mut scene.clips {
+        clip.properties.retain(|channel| {
+            let Property::Material(index, property) = channel.property else { return true };
+            let made = scene.materials[index].is_glass() && !filed.get(index).copied().unwrap_or(false);
+            !(is_glass[index] && set(property) || made && painted(property))
+        });
+    }
 }
 
 /// Puts the material that primitives without one use into the list, so that it can be changed.
@@ -85,7 +129,7 @@ fn make_glass(material: &mut Material) {
 
 #[cfg(test)]
 mod tests {
-    use murano_scene::Mesh;
+    use murano_scene::{Clip, Interpolation, Mesh, PropertyChannel, Sampler};
 
     use super::*;
 
@@ -116,6 +160,29 @@ mod tests {
         apply(&named("fur"), &mut scene).unwrap();
         assert!(scene.materials[0].is_glass());
         assert_eq!(scene.materials.len(), 2);
+    }
+
+    #[test]
+    fn clips_drive_no_longer_what_the_shot_sets() {
+        use MaterialProperty as M;
+        let driven = |glass: ShotGlass| {
+            let mut scene = scene();
+            let sampler =
+                || Sampler { interpolation: Interpolation::Step, times: vec![0.0], width: 1, values: vec![0.5] };
+            let channel = |(index, property)| PropertyChannel {
+                property: Property::Material(index, property),
+                sampler: sampler(),
+            };
+            let all = [(0, M::BaseColor), (0, M::Ior), (1, M::BaseColor), (1, M::Ior), (1, M::Roughness)];
+            scene.clips = vec![Clip { properties: all.map(channel).into(), ..Clip::default() }];
+            apply(&glass, &mut scene).unwrap();
+            scene.clips[0].properties.iter().map(|channel| channel.property).collect::<Vec<_>>()
+        };
+        let all = [(0, M::BaseColor), (0, M::Ior), (1, M::BaseColor), (1, M::Ior), (1, M::Roughness)];
+        let of = |places: &[usize]| places.iter().map(|&k| Property::Material(all[k].0, all[k].1)).collect::<Vec<_>>();
+        assert_eq!(driven(ShotGlass::default()), of(&[0, 1, 2, 3, 4]));
+        assert_eq!(driven(ShotGlass { ior: Some(1.7), ..ShotGlass::default() }), of(&[0, 1, 2, 4]));
+        assert_eq!(driven(ShotGlass { bodies: GlassBodies::All, ..ShotGlass::default() }), of(&[1, 2, 3, 4]));
     }
 
     #[test]

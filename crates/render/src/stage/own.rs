@@ -65,14 +65,15 @@ impl Own {
     }
 }
 
-/// The node of the camera of a name, its own or its node's; of the first if there is no name.
+/// The node of the camera of a name, its own or its node's, or of a number among those shown; of the first if there is no name.
 fn find_camera(shot: &Shot, scene: &Scene, shown: &[NodeIndex], name: &str) -> Result<NodeIndex, StageError> {
     let names = |node: NodeIndex| {
         let camera = scene.nodes[node].camera.map_or("", |camera| scene.cameras[camera].name.as_str());
         [scene.nodes[node].name.as_str(), camera]
     };
     let mut cameras = shown.iter().copied().filter(|&node| scene.nodes[node].camera.is_some());
-    let found = cameras.clone().find(|&node| name.is_empty() || names(node).contains(&name));
+    let place = name.parse::<usize>().ok().and_then(|index| cameras.clone().nth(index));
+    let found = cameras.clone().find(|&node| name.is_empty() || names(node).contains(&name)).or(place);
     found.ok_or_else(|| StageError::NoCamera {
         model: shot.model.clone(),
         wanted: name.to_owned(),

@@ -41,6 +41,8 @@ pub struct Playing {
     hold: Option<f64>,
     /// Seconds that the base takes for one round; 0 without one.
     round: f64,
+    /// Factor on the base's speed with which a round is a whole number of frames.
+    tempo: f64,
 }
 
 impl Playing {
@@ -63,7 +65,14 @@ impl Playing {
             let there_and_back = if track.repeat == LoopMode::PingPong { 2.0 } else { 1.0 };
             if track.speed == 0.0 { 0.0 } else { there_and_back * track.duration / track.speed.abs() }
         });
-        Ok(Self { base, laid, hold: shot.hold, round })
+        let repeats = matches!(shot.repeat, LoopMode::Loop | LoopMode::PingPong);
+        // One round as a film must meet its beginning: the frame behind the last is the first.
+        let tempo = if shot.output.frames.is_none() && repeats && round > 0.0 {
+            round * shot.output.fps / (round * shot.output.fps).round().max(1.0)
+        } else {
+            1.0
+        };
+        Ok(Self { base, laid, hold: shot.hold, round, tempo })
     }
 
     /// Index of the shot's own clip.
@@ -80,10 +89,11 @@ impl Playing {
     pub fn at(&self, elapsed: f64, start: f64) -> Vec<Layer> {
         let base = self.base.iter().map(|track| match self.hold {
             Some(time) => Layer::new(track.clip, time),
-            None => track.at(start, elapsed),
+            None => track.at(start, elapsed * self.tempo),
         });
         let mut playing: Vec<Layer> = base.collect();
-        let elapsed = self.hold.unwrap_or(elapsed);
+        // Where the pose is held, layers stand at the shot's beginning.
+        let elapsed = if self.hold.is_some() { 0.0 } else { elapsed };
         for Laid { track, shot, mask } in &self.laid {
             let weight = shot.weight_at(elapsed);
             if weight != 0.0 {
@@ -100,7 +110,10 @@ impl Playing {
         if self.hold.is_some() || span <= 0.0 {
             return vec![self.at(0.0, 0.0)];
         }
-        (0..SAMPLES).map(|k| self.at(span * k as f64 / SAMPLES as f64, 0.0)).collect()
+        // A round ends where it began; anything else is looked at to its end.
+        let repeats = self.base.as_ref().is_some_and(|track| track.repeat == LoopMode::Loop) && self.laid.is_empty();
+        let parts = if repeats { SAMPLES } else { SAMPLES - 1 } as f64;
+        (0..SAMPLES).map(|k| self.at(span * k as f64 / parts, 0.0)).collect()
     }
 }
 

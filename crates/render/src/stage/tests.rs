@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use murano_scene::{LightKind, Projection};
+use murano_scene::{LightKind, LoopMode, Projection};
 
 use super::*;
 
@@ -120,6 +120,26 @@ fn a_loop_is_the_default_length() {
     assert_eq!(stage.frame_count(), frames);
     let (_, still) = on_stage(asset("sphere.glb"));
     assert!(still.frame_count() >= 1);
+}
+
+/// A round that is no whole number of frames is played a little faster or slower, so that the last frame meets the first.
+#[test]
+fn a_loop_closes() {
+    let mut shot = asset("dancer.glb");
+    shot.output.fps = 7.3;
+    let settings = Settings::default();
+    for repeat in [LoopMode::Loop, LoopMode::PingPong] {
+        shot.repeat = repeat;
+        let (world, stage) = on_stage(shot.clone());
+        let duration = world.scene.clips[0].duration;
+        let end = stage.request(f64::from(stage.frame_count()) / 7.3, &settings).time();
+        assert!(end.min(duration - end) < 1e-9, "{repeat:?}: {end} of {duration}");
+    }
+    // As many frames as are asked for are at their own times.
+    shot.output.frames = Some(10);
+    shot.repeat = LoopMode::Loop;
+    let (_, stage) = on_stage(shot);
+    assert!((stage.request(1.0, &settings).time() - 1.0).abs() < 1e-12);
 }
 
 #[test]

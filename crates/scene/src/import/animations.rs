@@ -29,10 +29,16 @@ pub(super) fn import(
     nodes: &mut [Node],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Clip>, ImportProblem> {
+    let mut by_mesh = vec![Vec::new(); document.meshes.len()];
+    for (node, source) in document.nodes.iter().enumerate() {
+        if let (Some(mesh), None) = (source.mesh, &source.weights) {
+            by_mesh[mesh].push(node);
+        }
+    }
     let mut clips = Vec::with_capacity(document.animations.len());
     for (index, animation) in document.animations.iter().enumerate() {
         let at = label("animations", index, animation.name.as_deref());
-        clips.push(import_clip(document, accessors, animation, &at, nodes, warnings)?);
+        clips.push(import_clip(document, accessors, animation, &at, (nodes, &by_mesh), warnings)?);
     }
     Ok(clips)
 }
@@ -42,7 +48,7 @@ fn import_clip(
     accessors: &Accessors,
     animation: &document::Animation,
     clip_label: &str,
-    nodes: &mut [Node],
+    (nodes, by_mesh): (&mut [Node], &[Vec<NodeIndex>]),
     warnings: &mut Vec<String>,
 ) -> Result<Clip, ImportProblem> {
     let mut clip = Clip { name: animation.name.clone().unwrap_or_default(), ..Clip::default() };
@@ -51,7 +57,11 @@ fn import_clip(
         let at = format!("{clip_label}.channels[{index}]");
         let sampler = get(&animation.samplers, channel.sampler, "samplers", &at)?;
         let driven = &mut driven;
-        let mut reader = ChannelReader { document, accessors, nodes, warnings, source: sampler, at: &at, driven };
+        // By pointer, integers are what they say; by path, they are fractions in any case.
+        let by_pointer = channel.target.extensions.contains_key("KHR_animation_pointer");
+        let integers = if by_pointer { Integers::AsFlagged } else { Integers::Fractions };
+        let mut reader =
+            ChannelReader { document, accessors, nodes, warnings, source: sampler, at: &at, driven, integers, by_mesh };
         let imported = match target(document, &channel.target, &at)? {
             Ok(target) => reader.read(target, &mut clip)?,
             Err(reason) => Err(reason),
@@ -93,6 +103,9 @@ struct ChannelReader<'a, 'd> {
     at: &'a str,
     /// What channels of the clip drive already.
     driven: &'a mut HashSet<Target>,
+    integers: Integers,
+    /// Nodes that show each mesh with the mesh's own morph weights.
+    by_mesh: &'a [Vec<NodeIndex>],
 }
 
 /// Why a channel of what is driven already has no effect.
@@ -101,7 +114,21 @@ const DRIVEN: &str = "an earlier channel drives the same property";
 impl ChannelReader<'_, '_> {
     /// Adds the channels of a target to a clip, or says why there are none.
     fn read(&mut self, target: Target, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        let (of_mesh, known) = match target {
+            Target::MeshWeights(mesh) | Target::MeshWeight(mesh, _) => {
+                let first = self.by_mesh[mesh].first();
+                (true, first.map_or(0, |&node| self.nodes[node].weights.len()))
+            }
+            _ => (false, 0),
+        };
+        // Before every node is asked.
+        if of_mesh && !self.driven.insert(target) {
+            return Ok(Err(DRIVEN.to_owned()));
+        }
         match target {
+            Target::MeshWeight(mesh, target) if target >= known => {
+                Ok(Err(format!("no node shows morph target {target} of meshes[{mesh}] with the mesh's own weights")))
+            }
             Target::Node(node, path) => self.node(node, path, clip),
             Target::Property(property) => self.property(property, clip),
             Target::MeshWeights(mesh) => self.each_node_of(mesh, |reader, node| reader.node(node, Path::Weights, clip)),
@@ -118,10 +145,9 @@ impl ChannelReader<'_, '_> {
         mut read: impl FnMut(&mut Self, NodeIndex) -> Result<Result<(), String>, ImportProblem>,
     ) -> Result<Result<(), String>, ImportProblem> {
         let mut drives = Err(format!("no node shows meshes[{mesh}] with the mesh's own weights"));
-        for (node, source) in self.document.nodes.iter().enumerate() {
-            if source.mesh == Some(mesh) && source.weights.is_none() {
-                drives = read(self, node)?;
-            }
+        for &node in &self.by_mesh[mesh] {
+            let own = read(self, node)?;
+            drives = if drives.is_ok() { drives } else { own };
         }
         Ok(drives)
     }
@@ -130,9 +156,7 @@ impl ChannelReader<'_, '_> {
         let width = match path {
             Path::Translation | Path::Scale => 3,
             Path::Rotation => 4,
-            Path::Weights if self.nodes[node].weights.is_empty() => {
-                return Ok(Err(format!("nodes[{node}] has no morph targets")));
-            }
+            Path::Weights if self.nodes[node].weights.is_empty() => return self.weights_of_instances(node, clip),
             Path::Weights => self.nodes[node].weights.len(),
         };
         if self.driven.contains(&Target::Node(node, path)) {
@@ -149,6 +173,18 @@ impl ChannelReader<'_, '_> {
             self.driven.insert(Target::Node(node, path));
             clip.channels.push(Channel { node, path, sampler });
         }))
+    }
+
+    /// Morph weights of a node whose mesh is instanced: of every instance.
+    fn weights_of_instances(&mut self, node: NodeIndex, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
+        let mut drives = Err(format!("nodes[{node}] has no morph targets"));
+        let own = self.document.nodes.len();
+        let morphed = |&child: &NodeIndex| child >= own && !self.nodes[child].weights.is_empty();
+        let instances: Vec<NodeIndex> = self.nodes[node].children.iter().copied().filter(morphed).collect();
+        for instance in instances {
+            drives = self.node(instance, Path::Weights, clip)?;
+        }
+        Ok(drives)
     }
 
     fn property(&mut self, property: Property, clip: &mut Clip) -> Result<Result<(), String>, ImportProblem> {
@@ -177,7 +213,7 @@ impl ChannelReader<'_, '_> {
         }
         let times: Vec<f32> =
             accessors.floats::<1>(self.source.input, Integers::AsFlagged, &input)?.into_iter().flatten().collect();
-        let values = values(accessors, self.source.output, element, &output)?;
+        let values = values(accessors, self.source.output, element, self.integers, &output)?;
         let interpolation = interpolation(self.source, at)?;
         let per_key = if interpolation == Interpolation::CubicSpline { 3 * width } else { width };
         if values.len() != times.len() * per_key {
@@ -206,8 +242,13 @@ fn interpolation(source: &document::AnimationSampler, at: &str) -> Result<Interp
     }
 }
 
-fn values(accessors: &Accessors, accessor: usize, element: usize, user: &str) -> Result<Vec<f32>, ImportProblem> {
-    let kind = Integers::Fractions;
+fn values(
+    accessors: &Accessors,
+    accessor: usize,
+    element: usize,
+    kind: Integers,
+    user: &str,
+) -> Result<Vec<f32>, ImportProblem> {
     Ok(match element {
         4 => flat(accessors.floats::<4>(accessor, kind, user)?),
         3 => flat(accessors.floats::<3>(accessor, kind, user)?),

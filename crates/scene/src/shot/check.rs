@@ -52,8 +52,10 @@ impl Shot {
     fn check_layers(&self) -> Result<(), (String, &'static str)> {
         for (index, layer) in self.layers.iter().enumerate() {
             let field = |name: &str| format!("layers[{index}].{name}");
-            if !layer.speed.is_finite() || !layer.weight.is_finite() || !layer.from.is_finite() {
-                return Err((field("speed"), "`weight` and `from` must be finite"));
+            for (name, value) in [("speed", layer.speed), ("weight", layer.weight), ("from", layer.from)] {
+                if !value.is_finite() {
+                    return Err((field(name), "must be finite"));
+                }
             }
             if !(layer.fade >= 0.0 && layer.fade.is_finite()) {
                 return Err((field("fade"), "must be finite and not negative"));

@@ -24,6 +24,7 @@ use super::{
 };
 use crate::{
     options::AdapterOption,
+    pose::as_one_body,
     terminal::{Progress, Table, say},
     trial::time_deformation,
 };
@@ -122,6 +123,8 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     if !arguments.output.json_on_stdout() {
         if !results.models.is_empty() {
             say(results.table())?;
+        }
+        if !results.crowds.is_empty() {
             say(Table::new(&CrowdResult::headings(), results.crowds.iter().map(CrowdResult::cells).collect()))?;
         }
         results.growth.iter().try_for_each(say)?;
@@ -133,7 +136,7 @@ impl Arguments {
     fn measure(&self, gpu: Gpu, input: &Path) -> Result<(ModelResult, Gpu)> {
         let mut scene = murano_scene::import(input)?;
         // Without glass the renderer has one geometry, with its vertices in the file's order.
-        scene.materials.iter_mut().for_each(|material| material.transmission = 0.0);
+        as_one_body(&mut scene);
         let geometry = Geometry::build(&scene, &shown_primitives(&scene))?;
         let mut renderer = Renderer::new(gpu, World { scene: scene.clone(), environment: None, floor: None })?;
         let mut errors = Errors::default();

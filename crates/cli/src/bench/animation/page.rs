@@ -23,7 +23,7 @@ pub fn page(results: &Results) -> Report {
     if !results.crowds.is_empty() {
         let mut columns: Vec<Column> = CrowdResult::headings().map(Column::number).into();
         columns[0] = Column::text("model");
-        let caption = "Poses and palettes on all cores, medians. Tracking: what asking who moves adds where all do. GB/s: the bytes \
+        let caption = "Poses and palettes on all cores, medians. Tracking: the part of that which asking who moves takes, measured by itself. GB/s: the bytes \
                        that a deformation reads and writes at least, beside a plain copy of as many"
             .into();
         let rows = results.crowds.iter().map(CrowdResult::cells).collect();
