@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use libfuzzer_sys::fuzz_target;
 use murano_animation::{
     Blend, Geometry, Layer, Pose, Properties, Rig, Workspace, deform_f64, sample_weights, shown_primitives,
@@ -178,7 +178,7 @@ fn check_poses(scene: &Scene, rig: &Rig, moderate: bool, choices: &[u8]) -> Vec<
             assert!(same(&fast, &reused), "a pose depends on the one before");
             let mean = |layer: &Layer| layer.blend == Blend::Over && (0.0..=1.0).contains(&layer.weight);
             if moderate && stack.iter().all(mean) {
-                let extents = errors(scene, &exact, |_, _| None);
+                let extents = errors(scene, &exact, |_, _| true);
                 for (node, extent) in extents.into_iter().enumerate() {
                     if extent.is_some_and(|error| error.size() < 1e30) {
                         assert!(fast.world_from_node[node].is_finite() && exact.world_from_node[node].is_finite());
@@ -234,9 +234,9 @@ struct Terms {
     scale: f64,
 }
 
-/// Bounds of the error of world matrices whose locals' errors are `CURVE` of their terms; `None` below a rotation that
-/// might turn either way.
-fn errors(scene: &Scene, pose: &Pose, terms: impl Fn(usize, &mut Terms) -> Option<bool>) -> Vec<Option<Error>> {
+/// Bounds of the error of world matrices whose locals' errors are `CURVE` of their terms; `None` from a node on whose terms
+/// are told to be too large for any.
+fn errors(scene: &Scene, pose: &Pose, terms: impl Fn(usize, &mut Terms) -> bool) -> Vec<Option<Error>> {
     let mut errors: Vec<Option<Error>> = vec![None; scene.nodes.len()];
     let mut done = vec![false; scene.nodes.len()];
     let mut stack: Vec<usize> = (0..scene.nodes.len()).filter(|&node| scene.nodes[node].parent.is_none()).collect();
@@ -256,7 +256,7 @@ fn errors(scene: &Scene, pose: &Pose, terms: impl Fn(usize, &mut Terms) -> Optio
             }
             Local::Matrix(_) => (Terms::default(), norm(&DMat3::from_mat4(matrix)), true),
         };
-        if !exact && terms(node, &mut own) == Some(false) {
+        if !exact && !terms(node, &mut own) {
             continue;
         }
         let across = norm(&DMat3::from_mat4(parent));
@@ -265,7 +265,7 @@ fn errors(scene: &Scene, pose: &Pose, terms: impl Fn(usize, &mut Terms) -> Optio
         errors[node] = Some(Error {
             linear: above.linear * (linear + linear_error) + across * linear_error,
             offset: above.offset + above.linear * (translation + offset_error) + across * offset_error,
-            largest: above.largest.max(own.translation).max(own.scale).max(pose.world_from_node[node].abs_max()),
+            largest: above.largest.max(own.translation).max(own.scale).max(largest_entry(&pose.world_from_node[node])),
         });
     }
     errors
@@ -275,16 +275,10 @@ fn norm(matrix: &DMat3) -> f64 {
     matrix.to_cols_array().iter().map(|entry| entry * entry).sum::<f64>().sqrt()
 }
 
-trait Largest {
-    fn abs_max(&self) -> f64;
-}
-
-impl Largest for DMat4 {
-    /// Largest magnitude of an entry; infinite with NaN.
-    fn abs_max(&self) -> f64 {
-        let larger = |largest: f64, entry: f64| if entry.is_nan() { f64::INFINITY } else { largest.max(entry.abs()) };
-        self.to_cols_array().into_iter().fold(0.0, larger)
-    }
+/// Largest magnitude of an entry; infinite with NaN.
+fn largest_entry(matrix: &DMat4) -> f64 {
+    let larger = |largest: f64, entry: f64| if entry.is_nan() { f64::INFINITY } else { largest.max(entry.abs()) };
+    matrix.to_cols_array().into_iter().fold(0.0, larger)
 }
 
 /// Largest term of a curve: of a spline, tangents by the time between keys.
@@ -296,7 +290,8 @@ fn largest_term(sampler: &Sampler) -> f64 {
     value * sampler.times.windows(2).map(|pair| f64::from(pair[1]) - f64::from(pair[0])).fold(1.0, f64::max)
 }
 
-/// Terms of a rotation curve at a time over the length of their sum; `None` between keys that are half a turn apart.
+/// Terms of a rotation curve at a time over the length of their sum; `None` between keys that are half a turn apart, and of
+/// splines so small that f32 has few digits left.
 fn rotation_terms(sampler: &Sampler, time: f64) -> Option<f64> {
     match sampler.interpolation {
         Interpolation::Linear => {
@@ -308,7 +303,7 @@ fn rotation_terms(sampler: &Sampler, time: f64) -> Option<f64> {
         Interpolation::CubicSpline => {
             let raw = sample_weights(sampler, time).expect("a whole curve");
             let length = raw.iter().map(|value| value * value).sum::<f64>().sqrt();
-            Some(if length > 0.0 { (largest_term(sampler) / length).max(1.0) } else { f64::INFINITY })
+            (length > 1e-30).then(|| (largest_term(sampler) / length).max(1.0))
         }
     }
 }
@@ -331,18 +326,22 @@ fn agree(scene: &Scene, clip: usize, time: f64, fast: &Pose, exact: &Pose) {
             match path {
                 Path::Translation => own.translation = own.translation.max(2.0 * largest_term(sampler)),
                 Path::Scale => own.scale = own.scale.max(2.0 * largest_term(sampler)),
-                Path::Rotation => own.rotation = rotation_terms(sampler, time).filter(|&terms| terms < 1e4)?,
+                Path::Rotation => match rotation_terms(sampler, time).filter(|&terms| terms < 1e4) {
+                    Some(terms) => own.rotation = terms,
+                    None => return false,
+                },
                 Path::Weights => {}
             }
         }
-        Some(true)
+        true
     };
-    let terms = |node: usize, own: &mut Terms| Some(terms(node, own).is_some());
     for (node, error) in errors(scene, exact, terms).into_iter().enumerate() {
         let Some(error) = error.filter(|error| error.size() < 1e30) else { continue };
         let (a, b) = (fast.world_from_node[node], exact.world_from_node[node]);
         assert!(a.is_finite() && b.is_finite(), "node {node} at {time}: {a} {b}");
-        let (linear, offset) = ((a - b).abs_linear(), (a.w_axis - b.w_axis).length());
+        let difference = a - b;
+        let offset = difference.w_axis.length();
+        let linear = largest_entry(&DMat4 { w_axis: DVec4::ZERO, ..difference });
         let rounding = 1e-9 * error.largest + 1e-30;
         assert!(linear <= 2.0 * error.linear + rounding, "node {node} at {time}: {linear:e} of {:e}", error.linear);
         assert!(offset <= 2.0 * error.offset + rounding, "node {node} at {time}: {offset:e} of {:e}", error.offset);
@@ -360,17 +359,6 @@ fn agree(scene: &Scene, clip: usize, time: f64, fast: &Pose, exact: &Pose) {
                 "weights of node {node} at {time}: {a} {b}"
             );
         }
-    }
-}
-
-trait Linear {
-    fn abs_linear(&self) -> f64;
-}
-
-impl Linear for DMat4 {
-    /// Largest magnitude of an entry beside the last column.
-    fn abs_linear(&self) -> f64 {
-        DMat4 { w_axis: glam::DVec4::ZERO, ..*self }.abs_max()
     }
 }
 
@@ -523,7 +511,7 @@ fn check_deformation(scene: &Scene, geometry: &Geometry, pose: &Pose, moderate: 
 
     for (instance, bounds) in geometry.instances.iter().zip(boxes) {
         let reach = reach(scene, pose, instance.node, instance.mesh, instance.primitive);
-        if !moderate || !(reach < 1e30) {
+        if !moderate || reach >= 1e30 {
             continue;
         }
         for vertex in instance.vertices.clone().map(|vertex| vertex as usize) {
@@ -548,7 +536,9 @@ fn reach(scene: &Scene, pose: &Pose, node: usize, mesh: usize, primitive: usize)
     for (target, weight) in primitive.targets.iter().zip(&pose.weights[node]) {
         vertex += weight.abs() * target.positions.as_deref().map_or(0.0, largest);
     }
-    let of = |node: usize, inverse: &DMat4| pose.world_from_node[node].abs_max().max(1.0) * inverse.abs_max().max(1.0);
+    let of = |node: usize, inverse: &DMat4| {
+        largest_entry(&pose.world_from_node[node]).max(1.0) * largest_entry(inverse).max(1.0)
+    };
     let skin = scene.nodes[node].skin.map(|skin| &scene.skins[skin]);
     let joints = skin.into_iter().flat_map(|skin| skin.joints.iter().zip(&skin.inverse_bind));
     let matrices = joints.map(|(&joint, inverse)| of(joint, inverse));

@@ -330,7 +330,8 @@ impl Timeline {
         self.translations.write(mix, &mut out.translations, |value| value);
         self.scales.write(mix, &mut out.scales, |value| value);
         self.arcs.write(mix, &mut out.rotations);
-        let unit = |rotation: Quat| Quat::from_vec4(Vec4::from(rotation).normalize_or(Vec4::W));
+        // In f64, so that no finite f32 over- or underflows.
+        let unit = |rotation: Quat| Quat::from_vec4(Vec4::from(rotation).as_dvec4().normalize_or(DVec4::W).as_vec4());
         self.rotations.write(mix, &mut out.rotations, unit);
         self.weights.write(mix, &mut out.weights, |value| value);
     }

@@ -99,6 +99,27 @@ fn a_rig_poses_as_f64_does() {
 }
 
 #[test]
+fn the_size_of_a_rotation_does_not_matter() {
+    let clips = |size: f32| {
+        let mut scene = chain();
+        let samplers = scene.clips.iter_mut().flat_map(|clip| &mut clip.channels);
+        for channel in samplers.filter(|channel| channel.path == Path::Rotation) {
+            channel.sampler.values.iter_mut().for_each(|value| *value *= size);
+        }
+        scene
+    };
+    for size in [1e-25, 1e-30, 1e25] {
+        let scene = clips(size);
+        let rig = Rig::new(&scene);
+        for (clip, time) in (0..3).flat_map(|clip| [0.1, 0.25, 0.9].map(|time| (clip, time))) {
+            let playing = [Layer::new(clip, time)];
+            let off = farthest(&rig.pose(&playing), &Pose::sample(&scene, &playing));
+            assert!(off <= 1e-5, "clip {clip} at {time}, times {size}: {off:e}");
+        }
+    }
+}
+
+#[test]
 fn the_rest_pose_keeps_its_precision() {
     let mut scene = chain();
     scene.nodes[0].local = translated(1e6 + 1e-4, 0.0, 0.0);
