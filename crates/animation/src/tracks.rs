@@ -119,16 +119,16 @@ impl<V: Value> Group<V> {
 #[derive(Clone, Debug, Default)]
 struct Arcs {
     group: Group<Quat>,
-    /// Square of the angle between a key and the next, radians; a row shorter than `group`.
-    squares: Vec<f32>,
-    /// Angle over its sine, likewise.
-    factors: Vec<f32>,
+    /// Squares of the angles between a key and the next, radians, four curves together; a row shorter than `group`.
+    squares: Vec<Vec4>,
+    /// Angles over their sines, likewise.
+    factors: Vec<Vec4>,
 }
 
 /// sin(x) / x from x squared, for x up to a quarter turn: to 4e-8 (Taylor, six terms).
-fn sinc(square: f32) -> f32 {
+fn sinc(square: Vec4) -> Vec4 {
     const TERMS: [f32; 6] = [1.0, -1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0];
-    TERMS.iter().rev().fold(0.0, |sum, term| sum * square + term)
+    TERMS.iter().rev().fold(Vec4::ZERO, |sum, &term| sum * square + term)
 }
 
 impl Arcs {
@@ -136,7 +136,9 @@ impl Arcs {
     /// is decided in f64: keys half a turn apart lie on its border.
     fn over(slots: Vec<u32>, mut keys: Vec<DVec4>) -> Self {
         let width = slots.len();
-        let (mut squares, mut factors) = (Vec::new(), Vec::new());
+        let fours = width.div_ceil(4);
+        let pairs = keys.len().checked_div(width).map_or(0, |keys| keys.saturating_sub(1));
+        let (mut squares, mut factors) = (vec![Vec4::ZERO; pairs * fours], vec![Vec4::ONE; pairs * fours]);
         for index in width..keys.len() {
             let (before, own) = (keys[index - width], keys[index]);
             if before.dot(own) < 0.0 {
@@ -144,8 +146,10 @@ impl Arcs {
             }
             let angle = 2.0 * (keys[index] - before).length().atan2((keys[index] + before).length());
             let angle = angle.min(FRAC_PI_2);
-            squares.push((angle * angle) as f32);
-            factors.push(if angle < 1e-9 { 1.0 } else { (angle / angle.sin()) as f32 });
+            let (pair, curve) = (index / width - 1, index % width);
+            let place = pair * fours + curve / 4;
+            squares[place][curve % 4] = (angle * angle) as f32;
+            factors[place][curve % 4] = if angle < 1e-9 { 1.0 } else { (angle / angle.sin()) as f32 };
         }
         let rows = keys.into_iter().map(|key| Quat::from_vec4(key.as_vec4())).collect();
         Self { group: Group { slots, rows }, squares, factors }
@@ -156,14 +160,18 @@ impl Arcs {
         let Mix::Two { first, share } = mix else { return self.group.write(mix, out, |rotation| rotation) };
         let (slots, width) = (&self.group.slots, self.group.slots.len());
         let (from, to) = (self.group.row(first), self.group.row(first + 1));
-        let squares = &self.squares[first * width..][..width];
-        let factors = &self.factors[first * width..][..width];
+        let fours = width.div_ceil(4);
+        let squares = &self.squares[first * fours..][..fours];
+        let factors = &self.factors[first * fours..][..fours];
         let (share, rest) = (share as f32, (1.0 - share) as f32);
-        for (index, &slot) in slots.iter().enumerate() {
-            let (square, factor) = (squares[index], factors[index]);
-            let a = rest * sinc(rest * rest * square) * factor;
-            let b = share * sinc(share * share * square) * factor;
-            out[slot as usize] = Quat::from_vec4(Vec4::from(from[index]) * a + Vec4::from(to[index]) * b);
+        let curves = slots.chunks(4).zip(from.chunks(4)).zip(to.chunks(4));
+        for (((slots, from), to), (&square, &factor)) in curves.zip(squares.iter().zip(factors)) {
+            let near = (rest * factor * sinc(rest * rest * square)).to_array();
+            let far = (share * factor * sinc(share * share * square)).to_array();
+            for (lane, &slot) in slots.iter().enumerate() {
+                out[slot as usize] =
+                    Quat::from_vec4(Vec4::from(from[lane]) * near[lane] + Vec4::from(to[lane]) * far[lane]);
+            }
         }
     }
 }
@@ -345,7 +353,7 @@ mod tests {
     fn the_sine_is_good_up_to_a_quarter_turn() {
         for step in 1..=1000 {
             let x = FRAC_PI_2 * f64::from(step) / 1000.0;
-            let error = f64::from(sinc((x * x) as f32)) - x.sin() / x;
+            let error = f64::from(sinc(Vec4::splat((x * x) as f32)).x) - x.sin() / x;
             assert!(error.abs() < 1.2e-7, "{x}: {error:e}");
         }
     }
