@@ -93,28 +93,31 @@ fn blended(scene: &Scene, playing: &[Layer], property: Property, rest: &[f64]) -
         property,
         Property::Material(_, MaterialProperty::AttenuationDistance) | Property::Light(_, LightProperty::Range)
     );
-    let turned = |values: Vec<f64>| -> Vec<f64> {
-        if reciprocal { values.into_iter().map(f64::recip).collect() } else { values }
+    // A value that is not above zero stands for infinity, as it does where it is set.
+    let turned = |values: Vec<f64>, otherwise: f64| -> Vec<f64> {
+        let turn = |value: f64| if value > 0.0 { value.recip() } else { otherwise };
+        if reciprocal { values.into_iter().map(turn).collect() } else { values }
     };
-    let mut below = turned(rest.to_vec());
+    let inward = |values: Vec<f64>| turned(values, 0.0);
+    let mut below = inward(rest.to_vec());
     for layer in playing {
         let Some(clip) = scene.clips.get(layer.clip) else { continue };
         let weight = layer.whole_weight();
-        let above = driven(clip, property, layer.time).map(turned);
+        let above = driven(clip, property, layer.time).map(inward);
         match layer.blend {
             Blend::Over => {
-                let above = above.unwrap_or_else(|| turned(rest.to_vec()));
+                let above = above.unwrap_or_else(|| inward(rest.to_vec()));
                 let mixed = |(below, above): (&mut f64, f64)| *below = *below * (1.0 - weight) + above * weight;
                 below.iter_mut().zip(above).for_each(mixed);
             }
             Blend::Add => {
-                let (Some(above), Some(start)) = (above, driven(clip, property, 0.0).map(turned)) else { continue };
+                let (Some(above), Some(start)) = (above, driven(clip, property, 0.0).map(inward)) else { continue };
                 let changes = above.iter().zip(start).map(|(above, start)| (above - start) * weight);
                 below.iter_mut().zip(changes).for_each(|(below, change)| *below += change);
             }
         }
     }
-    turned(below)
+    turned(below, f64::INFINITY)
 }
 
 /// The value that a clip gives a property; `None` if it drives it not.

@@ -57,6 +57,19 @@ fn what_is_infinite_at_rest_stays_a_number() {
 }
 
 #[test]
+fn a_distance_that_is_not_above_zero_is_infinite_and_no_layer_makes_it_no_number() {
+    let scene = scene(&[&[(DISTANCE, [2.0, 2.0])], &[(DISTANCE, [0.0, -2.0])]]);
+    for (time, blend) in [(0.0, Blend::Over), (1.0, Blend::Over), (0.0, Blend::Add), (1.0, Blend::Add)] {
+        let distance = |weight: f64| {
+            let playing = [Layer::new(0, 0.0), Layer { weight, blend, ..Layer::new(1, time) }];
+            Properties::sample(&scene, &playing).materials[0].1.attenuation_distance
+        };
+        let expected = if blend == Blend::Over { [2.0, 4.0, f32::INFINITY] } else { [2.0; 3] };
+        assert_eq!([0.0, 0.5, 1.0].map(distance), expected, "{blend:?} at {time}");
+    }
+}
+
+#[test]
 fn an_inner_cone_is_held_to_the_outer_one_of_the_moment() {
     let [inner, outer] = [(INNER, [0.0, 0.8]), (OUTER, [0.5, 1.0])];
     for order in [[inner, outer], [outer, inner]] {
