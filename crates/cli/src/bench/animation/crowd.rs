@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result};
+use encase::ShaderType;
 use glam::{DMat4, DVec3};
 use murano_animation::{BLOCK, Character, Crowd, Geometry, GeometryLeaves, Layer, Rig, Workspace, shown_primitives};
 use murano_gpu::{ComputePass, Gpu, Groups, Leaf, ShaderSpec, Work};
@@ -50,6 +51,8 @@ pub struct CrowdResult {
     pub deform_bytes: f64,
     /// Copying as many bytes with the simplest shader there is takes.
     pub copy_ms: Option<f64>,
+    /// As many multiplications and additions in registers take.
+    pub arithmetic_ms: Option<f64>,
 }
 
 /// Times `work` over many samplings, microseconds each: the best of several rounds, for whatever else the machine does only adds.
@@ -106,6 +109,7 @@ pub fn crowd(gpu: &Gpu, input: String, scene: &Scene, count: usize, runs: usize)
     let leaves = GeometryLeaves::new(&geometry);
     let bytes = bytes_moved(&geometry, count);
     let (joints, vertices) = (joints(scene), geometry.vertices.len());
+    let influences = geometry.influences.len() as f64 / vertices.max(1) as f64;
     let mut crowd = Crowd::new(Rig::new(scene), geometry);
     let mut characters: Vec<Character> = (0..count).map(|index| character(index, clip.duration)).collect();
     let (mut times, mut tracking) = ([const { Vec::new() }; 3], Vec::new());
@@ -150,6 +154,7 @@ pub fn crowd(gpu: &Gpu, input: String, scene: &Scene, count: usize, runs: usize)
         deform_ms: time_deformation(gpu, &leaves, &crowd, runs)?,
         deform_bytes: bytes,
         copy_ms: time_copy(gpu, bytes, runs)?,
+        arithmetic_ms: time_arithmetic(gpu, count * vertices, influences, runs)?,
     }))
 }
 
@@ -195,6 +200,32 @@ fn time_copy(gpu: &Gpu, bytes: f64, runs: usize) -> Result<Option<f64>> {
     Ok(time_plan(gpu, &plan, &outputs, runs)?.map(|ms| ms * 0.5 * bytes / (16 * vectors) as f64))
 }
 
+/// Multiplications and additions of a vertex besides those of its influences: cofactors, position, normal, winding.
+const OTHER_TERMS: f64 = 42.0;
+/// And for each influence: three rows of four.
+const TERMS_OF_INFLUENCE: f64 = 12.0;
+
+#[derive(ShaderType)]
+struct Multiply {
+    threads: u32,
+    steps: u32,
+    factor: f32,
+}
+
+/// GPU milliseconds of the multiplications and additions of so many vertices, with nothing to read.
+fn time_arithmetic(gpu: &Gpu, vertices: usize, influences: f64, runs: usize) -> Result<Option<f64>> {
+    let terms = OTHER_TERMS + TERMS_OF_INFLUENCE * influences;
+    let params = Multiply { threads: vertices as u32, steps: (terms / 4.0).round() as u32, factor: 0.5 };
+    let shader = gpu.shader(&ShaderSpec::new("gpu::multiply"))?;
+    let mut plan: Plan<Work> = Plan::new();
+    let outputs = ComputePass::new("multiply", 0)
+        .value("params", &params)
+        .output("result", 256)
+        .dispatch(&shader, "main", Groups::linear(vertices, 64))
+        .add_to(&mut plan)?;
+    time_plan(gpu, &plan, &outputs, runs)
+}
+
 fn time_plan(gpu: &Gpu, plan: &Plan<Work>, targets: &[Output], runs: usize) -> Result<Option<f64>> {
     let mut sums = Vec::new();
     for run in 0..=runs {
@@ -228,16 +259,14 @@ impl CrowdResult {
             "vertices",
             "deform ms",
             "vertices/ms",
-            "GB/s",
-            "copy GB/s",
+            "by memory",
+            "by arithmetic",
         ]
     }
 
     /// A row of the table.
     pub fn cells(&self) -> Vec<String> {
         let rate = |ms: Option<f64>, amount: f64| ms.map_or_else(|| "-".into(), |ms| format!("{:.3e}", amount / ms));
-        let bandwidth =
-            |ms: Option<f64>| ms.map_or_else(|| "-".into(), |ms| format!("{:.1}", self.deform_bytes * 1e-6 / ms));
         let vertices = self.characters * self.vertices;
         vec![
             self.input.clone(),
@@ -250,8 +279,8 @@ impl CrowdResult {
             vertices.to_string(),
             self.deform_ms.map_or_else(|| "-".into(), |ms| format!("{ms:.3}")),
             rate(self.deform_ms, vertices as f64),
-            bandwidth(self.deform_ms),
-            bandwidth(self.copy_ms),
+            rate(self.copy_ms, vertices as f64),
+            rate(self.arithmetic_ms, vertices as f64),
         ]
     }
 }
