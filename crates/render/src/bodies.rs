@@ -142,15 +142,20 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
     let glass_of = |node, primitive| {
         let index = material_of(scene, node, primitive)?;
         let material = &materials[index];
-        // What a clip drives may part from what is like it now.
-        material.is_glass().then(|| (Glass::of(material), driven.optics.contains(&index).then_some(index)))
+        material.is_glass().then(|| (Glass::of(material), index))
     };
     let (glass, opaque): (Vec<_>, Vec<_>) =
         shown_primitives(scene).into_iter().partition(|&(node, primitive)| glass_of(node, primitive).is_some());
     // Primitives of one node that refract alike are one body: a closed surface may be cut into several materials.
     let groups = grouped(&glass, |node, primitive, by_node| {
-        let (optics, own) = glass_of(node, primitive)?;
-        Some((if by_node { Glass { tint: [1.0; 3], roughness: 0.0, ..optics } } else { optics }, own))
+        let (optics, index) = glass_of(node, primitive)?;
+        let (optics, driven) = if by_node {
+            (Glass { tint: [1.0; 3], roughness: 0.0, ..optics }, &driven.optics)
+        } else {
+            (optics, &driven.materials)
+        };
+        // What a clip drives may part from what is like it now; how bodies are sorted must not depend on the moment.
+        Some((optics, driven.contains(&index).then_some(index)))
     });
     let polished = grouped(&opaque, |node, primitive, _| {
         let painted = scene.meshes[scene.nodes[node].mesh?].primitives.get(primitive)?.colors.is_some();
