@@ -72,3 +72,13 @@ pub fn off(value: f64, truth: f64) -> f64 {
 
 /// Half a percent: what 64 cells across a disc cannot resolve of its outline, and Fresnel's law there.
 pub const ENERGY: f64 = 0.005;
+
+/// Part of the flux that lies in texels brighter than one and a half times the brightest of the truth's texels around.
+pub fn streaks(ours: &[f64], truth: &[f64], size: usize) -> f64 {
+    let brightest = |x: usize, y: usize| {
+        let around = |at: usize| at.saturating_sub(1)..(at + 2).min(size);
+        around(y).flat_map(|y| around(x).map(move |x| truth[y * size + x])).fold(0.0, f64::max)
+    };
+    let is_streak = |index: &usize| ours[*index] > 1.5 * brightest(index % size, index / size);
+    (0..ours.len()).filter(is_streak).map(|index| ours[index]).sum::<f64>() / ours.iter().sum::<f64>()
+}

@@ -1,5 +1,7 @@
 //! A lamp as a viewpoint: what it sees of a caster, what it sees of the receivers.
 
+use std::f64::consts::FRAC_PI_2;
+
 use encase::ShaderType;
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 use murano_animation::Bounds;
@@ -123,7 +125,16 @@ impl Lamp {
             }
             LightKind::Point => Viewpoint { world_from_view: turned(seen_from, position, to), ..base },
         };
-        viewpoint.fitted(caster, 1.02).ok_or("the light is inside the caster's bounds")
+        let fitted = viewpoint.fitted(caster, 1.02).ok_or("the light is inside the caster's bounds")?;
+        match self.placed.light.kind {
+            // What the cone leaves dark is not worth a photon.
+            LightKind::Spot { outer, .. } => {
+                let axis = fitted.world_from_view.inverse().transform_vector3(axis).normalize_or(DVec3::NEG_Z);
+                cone_on_plane(axis, f64::from(outer))
+                    .map_or(Ok(fitted), |cone| fitted.cut(cone).ok_or("the caster is outside the light's cone"))
+            }
+            LightKind::Directional | LightKind::Point => Ok(fitted),
+        }
     }
 
     /// Emission into a viewpoint of this lamp.
@@ -136,6 +147,20 @@ impl Lamp {
             axis: viewpoint.world_from_view.inverse().transform_vector3(axis).normalize_or(DVec3::NEG_Z).as_vec3(),
         }
     }
+}
+
+/// The rectangle, lowest and highest, around a cone about a unit axis where it meets the image plane at depth 1; `None` where it
+/// does not meet it all around. A plane through the eye and a line x = k of the image plane touches the cone where its distance from
+/// the axis is that of the cone: (a.x + k a.z)^2 = (1 + k^2) sin^2.
+fn cone_on_plane(axis: DVec3, half_angle: f64) -> Option<[DVec2; 2]> {
+    let sine = half_angle.sin();
+    let (along, square) = (axis.z * axis.z - sine * sine, sine * sine);
+    if half_angle >= FRAC_PI_2 || axis.z >= 0.0 || along <= 0.0 {
+        return None;
+    }
+    let middle = axis.truncate() * -axis.z;
+    let spread = axis.truncate().map(|a| (a * a * axis.z * axis.z - along * (a * a - square)).max(0.0).sqrt());
+    Some([(middle - spread) / along, (middle + spread) / along])
 }
 
 /// A view from a place along a direction, turned from another view by the shortest way: as light or body move about, its picture
@@ -160,6 +185,48 @@ mod tests {
     use murano_refraction::{Refraction, traced};
 
     use super::*;
+
+    #[test]
+    fn a_cone_touches_its_rectangle() {
+        let half_angle = 0.4_f64;
+        for axis in [DVec3::NEG_Z, DVec3::new(0.3, -0.5, -1.0), DVec3::new(-1.0, 0.2, -1.1)].map(DVec3::normalize) {
+            let [low, high] = cone_on_plane(axis, half_angle).expect("in front");
+            let (right, up) = axis.any_orthonormal_pair();
+            let on_plane = |turn: f64| {
+                let side = right * turn.cos() + up * turn.sin();
+                let ray = axis * half_angle.cos() + side * half_angle.sin();
+                ray.truncate() / -ray.z
+            };
+            let rim = || (0..100_000).map(|i| on_plane(f64::from(i) * 1e-5 * std::f64::consts::TAU));
+            let (lowest, highest) = (rim().reduce(DVec2::min).unwrap(), rim().reduce(DVec2::max).unwrap());
+            assert!(lowest.distance(low) < 1e-6 && highest.distance(high) < 1e-6, "{low} {lowest} {high} {highest}");
+        }
+        assert_eq!(cone_on_plane(DVec3::new(1.0, 0.0, -0.1).normalize(), half_angle), None);
+        assert_eq!(cone_on_plane(DVec3::Z, half_angle), None);
+    }
+
+    #[test]
+    fn a_spot_sees_no_more_of_a_caster_than_it_lights() {
+        let placed = PlacedLight {
+            world_from_light: murano_scene::look_along(DVec3::Y * 5.0, DVec3::NEG_Y),
+            light: murano_scene::Light {
+                name: String::new(),
+                kind: LightKind::Spot { inner: 0.1, outer: 0.1 },
+                color: Vec3::ONE,
+                intensity: 1.0,
+                range: f32::INFINITY,
+            },
+        };
+        let seen = |center: DVec3| {
+            let caster = Bounds { min: center - 1.0, max: center + 1.0 };
+            Lamp::new(&placed, &caster, &caster, 64).caster_viewpoint(&caster, 64)
+        };
+        let under = seen(DVec3::ZERO).expect("it is lit");
+        assert!((under.half_extent - 0.1_f64.tan()).abs().max_element() < 1e-6, "{under:?}");
+        let beside = seen(DVec3::X * 1.2).expect("its border is lit");
+        assert!(beside.half_extent.x < 0.9 * under.half_extent.x, "{beside:?}");
+        assert!(seen(DVec3::X * 4.0).is_err());
+    }
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {

@@ -1,10 +1,12 @@
 //! Emission and deposit: two passes with keys of their own, so that a moved receiver costs a deposit and a camera nothing.
 
 use encase::ShaderType;
-use glam::{DVec3, Mat4, UVec2, Vec3};
+use glam::{Mat4, UVec2, Vec3};
 use murano_animation::Bounds;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Glass, InterfaceMap, Interfaces, Refraction, Spectrum, Viewpoint, texels, traced, with_maps};
+use murano_refraction::{
+    FrameViewpoint, Glass, InterfaceMap, Interfaces, Refraction, Spectrum, Viewpoint, texels, traced, with_maps,
+};
 use murano_scheduler::{Output, Plan};
 
 use crate::{Caster, Caustics, Lamp, Method};
@@ -43,7 +45,7 @@ struct LandingParams {
     photon_count: u32,
     units: f32,
     reach: f32,
-    cell_area: f32,
+    photons: u32,
 }
 
 #[derive(ShaderType)]
@@ -94,7 +96,7 @@ pub struct Cast<'a> {
     /// The lamp.
     pub lamp: &'a Lamp,
     /// The lamp's view of the caster.
-    pub viewpoint: &'a Viewpoint,
+    pub viewpoint: &'a FrameViewpoint,
     /// The caster's map from there.
     pub map: &'a InterfaceMap,
     /// The posed caster's bounds in the world.
@@ -106,8 +108,13 @@ pub struct Cast<'a> {
     pub surface: Option<Output>,
     /// Whether any map bends its normals.
     pub bends: bool,
-    /// Origin of render space.
-    pub origin: DVec3,
+}
+
+impl Cast<'_> {
+    /// The lamp's view of the receivers.
+    pub(crate) fn receivers(&self) -> FrameViewpoint {
+        self.lamp.receivers.in_frame(self.viewpoint.origin)
+    }
 }
 
 /// What the pass `emit` provides.
@@ -118,6 +125,14 @@ pub struct Photons {
     /// `caustics::photon::PhotonDifferential` of each, where the method wants them.
     differentials: Option<Output>,
     grids: Grids,
+}
+
+impl Photons {
+    /// One grid of photons whose paths are known: `caustics::photon::Photon`, row after row, and as many
+    /// `caustics::photon::PhotonDifferential`, for a method that wants them ([`Method::wants_differentials`]).
+    pub fn followed_elsewhere(rays: Output, differentials: Option<Output>) -> Self {
+        Self { rays, differentials, grids: Grids { mirrored: 0, branches: 1, spectrum: None } }
+    }
 }
 
 /// The grids of photons: what light of a cell becomes.
@@ -215,7 +230,7 @@ pub fn emit(
     let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
     let shader = gpu.shader(&spec)?;
     let params = EmitParams {
-        render_from_view: cast.viewpoint.view_from_render(cast.origin).inverse().as_mat4(),
+        render_from_view: cast.viewpoint.viewpoint.view_from_render(cast.viewpoint.origin).inverse().as_mat4(),
         ior: ior as f32,
         photons: caustics.photons,
         mirrored: grids.mirrored,
@@ -225,7 +240,7 @@ pub fn emit(
     let count = u64::from(grids.count()) * texels([caustics.photons; 2]);
     let mut pass = ComputePass::new("emit", cast.instance)
         .value("params", &params)
-        .value("lamp", &cast.lamp.emission(cast.viewpoint))
+        .value("lamp", &cast.lamp.emission(&cast.viewpoint.viewpoint))
         .output("photons", PHOTON_BYTES * count);
     if differentials {
         pass = pass.cleared_output("differentials", DIFFERENTIAL_BYTES * count);
@@ -236,7 +251,7 @@ pub fn emit(
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
     }
-    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.origin, cast.bounds, refraction, MOST_INTERFACES)
+    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.bounds, refraction, MOST_INTERFACES)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
     Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })
@@ -260,7 +275,7 @@ pub fn deposit(
     // More than u32 counts fit no device, which says so when it is asked for their buffer.
     let photons_asked = u64::from(grids.count()) * texels([caustics.photons; 2]);
     let photon_count = u32::try_from(photons_asked).unwrap_or(u32::MAX);
-    let units = CAPACITY as f64 / most_flux(cast.viewpoint);
+    let units = CAPACITY as f64 / most_flux(&cast.viewpoint.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
@@ -280,16 +295,13 @@ pub fn deposit(
     let shader = |root: &'static str| gpu.shader(&spec(root));
     let over_photons = Groups::linear(photon_count as usize, 64);
     let over_map = Groups::Direct([size.x.div_ceil(8), size.y.div_ceil(8), LEVELS as u32]);
-    let mut pass = ComputePass::new("deposit", cast.instance)
+    let pass = cast.viewpoint.tell(ComputePass::new("deposit", cast.instance), "caster_viewpoint");
+    let mut pass = cast
+        .receivers()
+        .tell(pass, "receiver_viewpoint")
         .value(
             "landing_params",
-            &LandingParams {
-                photon_count,
-                units: units as f32,
-                reach: reach as f32,
-                cell_area: (most_flux(cast.viewpoint) / f64::from(caustics.photons).powi(2)
-                    * (count as f64 / most_flux(viewpoint))) as f32,
-            },
+            &LandingParams { photon_count, units: units as f32, reach: reach as f32, photons: caustics.photons },
         )
         .value(
             "params",
@@ -302,10 +314,9 @@ pub fn deposit(
                 grids: grids.count(),
                 mirrored: grids.mirrored,
                 branches: grids.branches,
-                map_size: cast.viewpoint.size[0],
+                map_size: cast.viewpoint.viewpoint.size[0],
             },
         )
-        .value("receiver_viewpoint", &viewpoint.uniform(cast.origin))
         .input("photons", photons.rays)
         .input("receivers", receivers)
         .workspace("landings", LANDING_BYTES * photons_asked)
@@ -392,12 +403,8 @@ mod tests {
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);
         let land = Shader::link(&ShaderSpec::new("caustics::land").feature("differentials", true)).unwrap();
-        check_uniform_layout!(
-            land,
-            "Params",
-            LandingParams { photon_count: 1, units: 2.0, reach: 3.0, cell_area: 4.0 }
-        )
-        .unwrap();
+        check_uniform_layout!(land, "Params", LandingParams { photon_count: 1, units: 2.0, reach: 3.0, photons: 4 })
+            .unwrap();
         let bytes = |name: &str| {
             let layout = land.structs.iter().find(|layout| layout.name == name).unwrap();
             u64::from(layout.size)

@@ -1,7 +1,7 @@
 //! What a caster does to a lamp's light at the points that the eye sees.
 
 use encase::ShaderType;
-use glam::{Mat4, UVec4, Vec3};
+use glam::{DMat4, DVec4, Mat4, UVec4, Vec3, Vec4};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Glass, Viewpoint, texels};
 use murano_scheduler::{Output, Plan};
@@ -10,10 +10,18 @@ use crate::{Cast, Caster, CausticMap, level_texels, photons::texels_before};
 
 #[derive(ShaderType)]
 struct Params {
-    receivers_from_eye: Mat4,
+    texel_from_eye: Mat4,
     caster_from_eye: Mat4,
+    lamp: Vec4,
+    texel_area: f32,
     mip_starts: [UVec4; 2],
     level_texels: u32,
+    cell: u32,
+}
+
+#[derive(ShaderType)]
+struct ShadeParams {
+    cell: u32,
 }
 
 #[derive(ShaderType)]
@@ -25,7 +33,8 @@ struct Pane {
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
 /// the share of direct light that passes the caster (w); without a caustic map the share of direct light, RGB, that passes the
-/// caster or comes straight through it: Fresnel's law at both interfaces, and absorption between them. Sheets, and shadows without caustics, have a pass `shade:instance` of their own.
+/// caster or comes straight through it: Fresnel's law at both interfaces, and absorption between them. Glass has a pass `shade:instance` for
+/// its shadow.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -37,42 +46,45 @@ pub fn receive(
     surfaces: Output,
     caustic_map: Option<&CausticMap>,
 ) -> Result<Output, GpuError> {
-    // What is opaque throws its shadow with everything else.
-    let glass = match cast.caster {
-        Caster::Glass(glass) => Some(glass),
-        Caster::Mirror(_) => None,
-    };
-    let caster = match (glass, cast.map.back) {
-        // A sheet throws a shadow from either side.
-        (Some(glass), Some(back)) if glass.thin || caustic_map.is_none() => Some(shade(gpu, plan, cast, glass, back)?),
-        (Some(_), _) => Some(cast.map.front),
-        (None, _) => None,
+    let cell = (cast.viewpoint.viewpoint.size[0] / LEAST_CELLS).max(1);
+    let shade = match (cast.caster, cast.map.back) {
+        (Caster::Glass(glass), Some(back)) => Some(shade(gpu, plan, cast, glass, back, caustic_map.is_some(), cell)?),
+        // What is opaque throws its shadow with everything else.
+        _ => None,
     };
     let spec = ShaderSpec::new("caustics::receive")
-        .feature("shades", caster.is_some())
+        .feature("shades", shade.is_some())
         .feature("caustic", caustic_map.is_some());
     let shader = gpu.shader(&spec)?;
-    let from_eye = |viewpoint: &Viewpoint| (viewpoint.world_from_view.inverse() * eye.world_from_view).as_mat4();
-    let map_size = cast.lamp.receivers.size;
+    let from_eye = |viewpoint: &Viewpoint| viewpoint.world_from_view.inverse() * eye.world_from_view;
+    let receivers = &cast.lamp.receivers;
+    let to_lamp = if receivers.perspective { DVec4::W } else { DVec4::Z };
+    let map_size = receivers.size;
     let starts: [u32; 8] = std::array::from_fn(|mip| texels_before(map_size, mip as u32) as u32);
     let params = Params {
         // What is not looked up does not matter.
-        receivers_from_eye: caustic_map.map_or(Mat4::ZERO, |_| from_eye(&cast.lamp.receivers)),
-        caster_from_eye: caster.map_or(Mat4::ZERO, |_| from_eye(cast.viewpoint)),
+        texel_from_eye: caustic_map
+            .map_or(DMat4::ZERO, |_| receivers.texel_from_view() * from_eye(receivers))
+            .as_mat4(),
+        caster_from_eye: shade.map_or(DMat4::ZERO, |_| from_eye(&cast.viewpoint.viewpoint)).as_mat4(),
+        lamp: caustic_map.map_or(DVec4::ZERO, |_| from_eye(receivers).inverse() * to_lamp).as_vec4(),
+        texel_area: (4.0 * receivers.half_extent.x * receivers.half_extent.y / texels(map_size) as f64) as f32,
         mip_starts: [0, 4].map(|first| UVec4::from_slice(&starts[first..first + 4])),
         level_texels: level_texels(map_size) as u32,
+        cell,
     };
     let mut pass = ComputePass::new("receive", cast.instance)
         .value("params", &params)
-        .value("eye", &eye.uniform(cast.origin))
+        .value("eye", &eye.uniform(cast.viewpoint.origin))
         .input("surfaces", surfaces)
         .output("received", 16 * texels(eye.size));
-    if let Some(caster) = caster {
-        pass = pass.value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin)).input("caster", caster);
+    if let Some(shade) = shade {
+        pass = cast.viewpoint.tell(pass, "caster_viewpoint").input("shade", shade);
     }
     if let Some(caustic_map) = caustic_map {
-        pass = pass
-            .value("receiver_viewpoint", &cast.lamp.receivers.uniform(cast.origin))
+        pass = cast
+            .receivers()
+            .tell(pass, "receiver_viewpoint")
             .input("caustic_map", caustic_map.flux)
             .input("detail", caustic_map.detail);
     }
@@ -127,23 +139,43 @@ pub fn gather(
     Ok(received.pop())
 }
 
-/// Adds the pass `shade:instance`: `vec4f` a texel of the caster's map, what of the light comes straight through, RGB, and the depth of the
-/// nearest face.
-fn shade(gpu: &Gpu, plan: &mut Plan<Work>, cast: &Cast<'_>, glass: &Glass, back: Output) -> Result<Output, GpuError> {
-    let spec =
-        ShaderSpec::new("caustics::shade").feature("thin", glass.thin).feature("surface_map", cast.surface.is_some());
-    let pane = Pane { absorption: glass.absorption.into(), ior: glass.ior as f32, tint: glass.tint.into() };
-    let size = cast.viewpoint.size;
-    let mut pass = ComputePass::new("shade", cast.instance)
-        .value("pane", &pane)
-        .value("caster_viewpoint", &cast.viewpoint.uniform(cast.origin))
+/// The least number of cells that a caster's map is divided into along a side.
+const LEAST_CELLS: u32 = 320;
+
+/// Adds the pass `shade:instance`: `vec4<u32>` a cell of `cell` x `cell` texels of the caster's map, what of the light comes past the
+/// caster, or without caustics straight through it, and the range of depths behind which that is so.
+fn shade(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    cast: &Cast<'_>,
+    glass: &Glass,
+    back: Output,
+    caustic: bool,
+    cell: u32,
+) -> Result<Output, GpuError> {
+    let surface = cast.surface.filter(|_| !caustic);
+    let spec = ShaderSpec::new("caustics::shade")
+        .feature("thin", glass.thin)
+        .feature("caustic", caustic)
+        .feature("surface_map", surface.is_some());
+    let cells = cast.viewpoint.viewpoint.size.map(|side| side.div_ceil(cell));
+    let mut pass = cast
+        .viewpoint
+        .tell(ComputePass::new("shade", cast.instance), "caster_viewpoint")
+        .value("params", &ShadeParams { cell })
         .input("front", cast.map.front)
-        .input("back", back)
-        .output("shade", 16 * texels(size));
-    if let Some(surface) = cast.surface {
+        .output("shade", 16 * texels(cells));
+    if glass.thin || !caustic {
+        pass = pass.input("back", back);
+    }
+    if !caustic {
+        let pane = Pane { absorption: glass.absorption.into(), ior: glass.ior as f32, tint: glass.tint.into() };
+        pass = pass.value("pane", &pane);
+    }
+    if let Some(surface) = surface {
         pass = pass.input("glass_surface", surface);
     }
-    Ok(pass.dispatch(&gpu.shader(&spec)?, "main", Groups::tiles(size)).add_to(plan)?[0])
+    Ok(pass.dispatch(&gpu.shader(&spec)?, "main", Groups::tiles(cells)).add_to(plan)?[0])
 }
 
 #[cfg(test)]
@@ -160,16 +192,20 @@ mod tests {
             shader,
             "Params",
             Params {
-                receivers_from_eye: matrix(1.0),
+                texel_from_eye: matrix(1.0),
                 caster_from_eye: matrix(20.0),
+                lamp: Vec4::new(40.0, 41.0, 42.0, 43.0),
+                texel_area: 44.0,
                 mip_starts: [UVec4::new(1, 2, 3, 4), UVec4::new(5, 6, 7, 8)],
                 level_texels: 9,
+                cell: 10,
             }
         )
         .unwrap();
         let shader = Shader::link(&ShaderSpec::new("caustics::gather")).unwrap();
         check_uniform_layout!(shader, "Params", GatherParams { pixels: 1 }).unwrap();
         let shader = Shader::link(&ShaderSpec::new("caustics::shade")).unwrap();
+        check_uniform_layout!(shader, "Params", ShadeParams { cell: 1 }).unwrap();
         check_uniform_layout!(
             shader,
             "Pane",

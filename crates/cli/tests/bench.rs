@@ -92,8 +92,13 @@ fn caustics_are_run_time_against_error() {
     ]);
     let subject = &json["subjects"][0];
     assert!(subject["flux"].as_f64() > Some(0.0));
-    let error = |row: usize| subject["rows"][row]["relative_l1"].as_f64().unwrap();
-    assert!(error(1) <= error(0) + 0.02, "more photons are no worse: {subject:#}");
+    // But splats, which are as wide as they are, whatever their number.
+    for method in ["shah", "beams", "footprint"] {
+        let rows = subject["rows"].as_array().unwrap().iter().filter(|row| row["method"] == method);
+        let errors: Vec<f64> = rows.map(|row| row["relative_l1"].as_f64().unwrap()).collect();
+        let [few, many] = errors[..] else { panic!("two numbers of photons: {subject:#}") };
+        assert!(many <= few + 0.02, "more photons are no worse: {method} {few}, then {many}");
+    }
     assert!(page.contains("splat:128") && page.contains("<svg"));
 }
 

@@ -1,12 +1,11 @@
 //! Interface maps: what a viewpoint sees of a geometry, by compute rasterisation and exact per-texel intersection.
 
 use encase::ShaderType;
-use glam::DVec3;
 use murano_animation::DeformedGeometry;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_scheduler::{Output, Plan};
 
-use crate::{LISTED_TILES, RefittedTree, Viewpoint, over_listed_tiles, texels, tile_threads, tiles::tiles};
+use crate::{FrameViewpoint, LISTED_TILES, RefittedTree, over_listed_tiles, texels, tile_threads, tiles::tiles};
 
 /// Which back faces an interface map keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -165,8 +164,7 @@ pub fn interface_map(
     plan: &mut Plan<Work>,
     (name, instance): (&'static str, u32),
     mapped: &Mapped,
-    viewpoint: &Viewpoint,
-    origin: DVec3,
+    viewpoint: &FrameViewpoint,
     layers: Layers,
 ) -> Result<InterfaceMap, GpuError> {
     let geometry = &mapped.geometry;
@@ -176,10 +174,10 @@ pub fn interface_map(
         .feature("thickness", thickness.is_some())
         .feature("front_triangles", shows_triangles);
     let resolve = gpu.shader(&spec)?;
-    let size = viewpoint.size;
+    let size = viewpoint.viewpoint.size;
     let count = texels(size);
-    let mut pass = ComputePass::new(name, instance)
-        .value("viewpoint", &viewpoint.uniform(origin))
+    let mut pass = viewpoint
+        .tell(ComputePass::new(name, instance), "viewpoint")
         .input("normals", geometry.normals)
         .scratch("seen", if layers == Layers::Nearest { 4 } else { 8 } * count)
         .cleared_output("front", 16 * count);

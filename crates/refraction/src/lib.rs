@@ -18,4 +18,4 @@ pub use settings::{
 };
 pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
 pub use tree::{RefittedTree, TriangleTree, thickness};
-pub use viewpoint::{Viewpoint, ViewpointUniform};
+pub use viewpoint::{FrameViewpoint, Viewpoint, ViewpointUniform};

@@ -9,7 +9,7 @@ use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    InterfaceMap, LISTED_TILES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy, Viewpoint,
+    FrameViewpoint, InterfaceMap, LISTED_TILES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
     over_listed_tiles, texels, tile_threads,
 };
 
@@ -146,8 +146,7 @@ pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, thickness
 pub fn with_maps(
     pass: ComputePass,
     map: &InterfaceMap,
-    viewpoint: &Viewpoint,
-    origin: DVec3,
+    viewpoint: &FrameViewpoint,
     bounds: &Bounds,
     refraction: &Refraction,
     most_interfaces: u32,
@@ -158,9 +157,9 @@ pub fn with_maps(
         TirPolicy::Reflect => 2,
         TirPolicy::Trace => 3,
     };
-    let search = Search { bounds: viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces };
-    let mut pass =
-        pass.value("map_viewpoint", &viewpoint.uniform(origin)).value("search", &search).input("front", map.front);
+    let search =
+        Search { bounds: viewpoint.viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces };
+    let mut pass = viewpoint.tell(pass, "map_viewpoint").value("search", &search).input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
     }
@@ -209,9 +208,7 @@ pub struct RefractRequest<'a> {
     /// The body's number among all objects.
     pub object: u32,
     /// The eye.
-    pub viewpoint: &'a Viewpoint,
-    /// Origin of render space.
-    pub origin: DVec3,
+    pub viewpoint: &'a FrameViewpoint,
     /// The posed body's bounds in the world.
     pub bounds: &'a Bounds,
     /// Its glass.
@@ -264,12 +261,12 @@ pub fn refract(
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some());
     let shader = gpu.shader(&spec)?;
-    let viewpoint = request.viewpoint;
+    let FrameViewpoint { viewpoint, origin, .. } = request.viewpoint;
     let margin = DVec3::splat(1e-3 * request.drawn.diameter().min(request.bounds.diameter()));
     let opaque_box = OpaqueBox {
-        render_from_view: viewpoint.view_from_render(request.origin).inverse().as_mat4(),
-        low: (request.drawn.min - margin - request.origin).as_vec3(),
-        high: (request.drawn.max + margin - request.origin).as_vec3(),
+        render_from_view: viewpoint.view_from_render(*origin).inverse().as_mat4(),
+        low: (request.drawn.min - margin - origin).as_vec3(),
+        high: (request.drawn.max + margin - origin).as_vec3(),
     };
     let params = Params {
         absorption: request.glass.absorption.into(),
@@ -289,7 +286,7 @@ pub fn refract(
         .input("environment", environment)
         .output("colour", 16 * count)
         .output("cover", 4 * count);
-    let mut pass = with_maps(pass, map, viewpoint, request.origin, request.bounds, request.refraction, MOST_INTERFACES);
+    let mut pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, MOST_INTERFACES);
     if let Some(surface) = request.surface {
         pass = pass.input("glass_surface", surface);
     }

@@ -2,7 +2,9 @@
 
 use encase::ShaderType;
 use glam::{DMat4, DVec2, DVec3, DVec4, Mat4, UVec2, Vec2};
-use murano_animation::Bounds;
+use murano_animation::{Bounds, DeformedGeometry};
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_scheduler::{Output, Plan};
 
 /// A camera or lamp that sees the world through a grid of texels; looks along its -Z with +Y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,10 +34,83 @@ pub struct ViewpointUniform {
     near: f32,
 }
 
+/// A viewpoint in a frame, as its passes are told of it.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameViewpoint {
+    /// What it sees at most.
+    pub viewpoint: Viewpoint,
+    /// Origin of render space.
+    pub origin: DVec3,
+    /// The uniform whose picture is drawn in, where the GPU alone knows it ([`FrameViewpoint::fitted`]).
+    pub drawn_in: Option<Output>,
+}
+
+#[derive(ShaderType)]
+struct FitParams {
+    vertex_count: u32,
+    rim: f32,
+}
+
+/// Texels between a fitted picture's border and what it holds.
+const RIM: f32 = 0.5;
+
+impl FrameViewpoint {
+    /// Tells a pass, which reads `lib::viewpoint::Viewpoint` by this name.
+    #[must_use]
+    pub fn tell(&self, pass: ComputePass, name: &'static str) -> ComputePass {
+        match self.drawn_in {
+            Some(uniform) => pass.input(name, uniform),
+            None => pass.value(name, &self.viewpoint.uniform(self.origin)),
+        }
+    }
+
+    /// Draws the picture in around the vertices of a geometry that it holds: adds the pass `fit:instance`. Bounds of a posed body are
+    /// boxes, of which a lamp sees the body in a quarter to a half.
+    ///
+    /// # Errors
+    /// [`GpuError`] if the shader or the plan is defective.
+    pub fn fitted(
+        self,
+        gpu: &Gpu,
+        plan: &mut Plan<Work>,
+        instance: u32,
+        geometry: &DeformedGeometry,
+    ) -> Result<Self, GpuError> {
+        let shader = gpu.shader(&ShaderSpec::new("refraction::fit"))?;
+        let params = FitParams { vertex_count: geometry.vertex_count as u32, rim: RIM };
+        let pass = ComputePass::new("fit", instance)
+            .value("params", &params)
+            .value("viewpoint", &self.viewpoint.uniform(self.origin))
+            .input("positions", geometry.positions)
+            .scratch("extent", 16)
+            .output("fitted", ViewpointUniform::min_size().get());
+        let outputs = pass
+            .dispatch(&shader, "measure", Groups::linear(geometry.vertex_count, 256))
+            .dispatch(&shader, "draw_in", Groups::Direct([1; 3]))
+            .add_to(plan)?;
+        Ok(Self { drawn_in: Some(outputs[0]), ..self })
+    }
+}
+
 impl Viewpoint {
+    /// In a frame with this origin.
+    pub fn in_frame(self, origin: DVec3) -> FrameViewpoint {
+        FrameViewpoint { viewpoint: self, origin, drawn_in: None }
+    }
+
     /// `view_from_render`, where render space is the world moved by `-origin`.
     pub fn view_from_render(&self, origin: DVec3) -> DMat4 {
         self.world_from_view.inverse() * DMat4::from_translation(origin)
+    }
+
+    /// Texel coordinates (`lib::viewpoint`) of a point in view space: x and y, to be divided by w, which is the depth or 1.
+    pub fn texel_from_view(&self) -> DMat4 {
+        let [width, height] = self.size.map(|side| 0.5 * f64::from(side));
+        let DVec2 { x: across, y: up } = self.half_extent;
+        let depth = if self.perspective { DVec4::NEG_Z } else { DVec4::W };
+        let x = DVec4::X / across + depth * (1.0 - self.center.x / across);
+        let y = DVec4::NEG_Y / up + depth * (1.0 + self.center.y / up);
+        DMat4::from_cols(width * x, height * y, DVec4::ZERO, depth).transpose()
     }
 
     /// The uniform of this viewpoint for a frame with this origin.
@@ -98,6 +173,13 @@ impl Viewpoint {
         Some(Self { half_extent: half, center: 0.5 * (low + high), ..*self })
     }
 
+    /// What of the picture lies within a rectangle of the image plane, lowest and highest; `None` if nothing does.
+    pub fn cut(&self, [low, high]: [DVec2; 2]) -> Option<Self> {
+        let low = low.max(self.center - self.half_extent);
+        let high = high.min(self.center + self.half_extent);
+        low.cmplt(high).all().then(|| Self { half_extent: 0.5 * (high - low), center: 0.5 * (low + high), ..*self })
+    }
+
     /// Sphere around a box, in this viewpoint's view space: centre, radius.
     pub fn sphere(&self, bounds: &Bounds) -> DVec4 {
         let center = self.world_from_view.inverse().transform_point3(bounds.center());
@@ -118,12 +200,14 @@ fn corners(bounds: &Bounds) -> impl Iterator<Item = DVec3> {
 
 #[cfg(test)]
 mod tests {
-    use murano_gpu::{Shader, ShaderSpec, check_uniform_layout};
+    use murano_gpu::{Shader, check_uniform_layout};
 
     use super::*;
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
+        let fit = Shader::link(&ShaderSpec::new("refraction::fit")).unwrap();
+        check_uniform_layout!(fit, "Params", FitParams { vertex_count: 1, rim: 2.0 }).unwrap();
         let shader = Shader::link(&ShaderSpec::new("refraction::interface_map")).unwrap();
         check_uniform_layout!(
             shader,

@@ -6,8 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::{CausticMap, Mirror};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, InterfaceMap, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint, interface_map,
-    over_listed_tiles, rasterise, refract, texels, thickness, tile_threads,
+    FrameViewpoint, Glass, InterfaceMap, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint,
+    interface_map, over_listed_tiles, rasterise, refract, texels, thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
@@ -301,24 +301,24 @@ impl FramePlan<'_> {
         let refraction = &body.refraction(&self.request.refraction);
         let key = ("eye_map", body.index);
         let layers = refraction.layers();
-        let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, layers)?;
+        let eye = self.eye.in_frame(self.origin);
+        let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &eye, layers)?;
         let source = self.stock.looks.bodies[body.index as usize].surface.as_ref();
         let surface = source
-            .map(|source| self.glass_surface(plan, ("glass_surface", body.index), &self.eye, source, &map))
+            .map(|source| self.glass_surface(plan, ("glass_surface", body.index), &eye, source, &map))
             .transpose()?
             .flatten();
         let farthest = matches!(layers, Layers::FarthestBack { .. });
         let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
             let key = ("inside_map", body.index);
-            interface_map(self.stock.gpu, plan, key, &body.mapped, &self.eye, self.origin, Layers::NearestBack)?.back
+            interface_map(self.stock.gpu, plan, key, &body.mapped, &eye, Layers::NearestBack)?.back
         } else {
             None
         };
         let request = RefractRequest {
             instance: body.index,
             object: 0x8000_0000 | body.index,
-            viewpoint: &self.eye,
-            origin: self.origin,
+            viewpoint: &eye,
             bounds: &body.bounds,
             glass: &body.glass,
             refraction,
@@ -338,7 +338,7 @@ impl FramePlan<'_> {
         &self,
         plan: &mut Plan<Work>,
         (name, instance): (&'static str, u32),
-        viewpoint: &Viewpoint,
+        viewpoint: &FrameViewpoint,
         source: &SurfaceSource,
         map: &InterfaceMap,
     ) -> Result<Option<Output>, GpuError> {
@@ -348,12 +348,13 @@ impl FramePlan<'_> {
             .feature("textured", source.textured)
             .feature("framed", tangents.is_some());
         let shader = self.stock.gpu.shader(&spec)?;
-        let mut pass = ComputePass::new(name, instance)
-            .value("viewpoint", &viewpoint.uniform(self.origin))
+        let size = viewpoint.viewpoint.size;
+        let mut pass = viewpoint
+            .tell(ComputePass::new(name, instance), "viewpoint")
             .input("positions", map.geometry.positions)
             .input("triangles", map.geometry.triangles)
             .input("front_triangles", front_triangles)
-            .cleared_output("glass_surface", 32 * texels(viewpoint.size));
+            .cleared_output("glass_surface", 32 * texels(size));
         if source.textured {
             pass = pass.input("normals", map.geometry.normals);
         }
@@ -363,7 +364,7 @@ impl FramePlan<'_> {
         for (name, stamp, leaf) in &source.buffers {
             pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
         }
-        Ok(Some(pass.dispatch(&shader, "main", Groups::tiles(viewpoint.size)).add_to(plan)?[0]))
+        Ok(Some(pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0]))
     }
 
     /// Filters silhouettes, maps tones, packs sRGB.

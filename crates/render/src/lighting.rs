@@ -77,8 +77,7 @@ impl FramePlan<'_> {
                 plan,
                 ("receivers", number),
                 &(*opaque).into(),
-                &lamp.receivers,
-                self.origin,
+                &lamp.receivers.in_frame(self.origin),
                 Layers::Nearest,
             )?
             .front;
@@ -133,9 +132,10 @@ impl FramePlan<'_> {
             }
         };
         let gpu = self.stock.gpu;
+        let viewpoint = viewpoint.in_frame(self.origin).fitted(gpu, plan, *pair, &mapped.geometry)?;
         // What comes straight through needs no search.
         let layers = caustics.map_or(Layers::NearestBack, |_| refraction.layers());
-        let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, self.origin, layers)?;
+        let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, layers)?;
         let surface = thrower
             .surface
             .map(|source| self.glass_surface(plan, ("lit_surface", *pair), &viewpoint, source, &map))
@@ -150,7 +150,6 @@ impl FramePlan<'_> {
             caster,
             surface,
             bends: thrower.surface.is_some_and(|source| source.bends),
-            origin: self.origin,
         };
         let mut caustic_map = None;
         if let Some(caustics) = caustics {

@@ -4,6 +4,7 @@
 //! reassociate and approximate.
 
 mod environment;
+mod fit;
 mod harness;
 mod optics;
 mod photon;

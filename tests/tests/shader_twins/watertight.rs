@@ -98,8 +98,9 @@ impl Surface {
 
 /// Depth of the front and the back layer at each texel, 0 where there is nothing.
 fn depths(plan: &mut Plan<Work>, geometry: &DeformedGeometry, viewpoint: &Viewpoint, layers: Layers) -> [Vec<f32>; 2] {
-    let map = interface_map(&GPU, plan, ("watertight", 0), &(*geometry).into(), viewpoint, DVec3::ZERO, layers)
-        .unwrap_or_else(|error| panic!("{error}"));
+    let map =
+        interface_map(&GPU, plan, ("watertight", 0), &(*geometry).into(), &viewpoint.in_frame(DVec3::ZERO), layers)
+            .unwrap_or_else(|error| panic!("{error}"));
     let targets = [map.front, map.back.expect("two layers")];
     let executed =
         GPU.execute(plan, &targets, &mut History::new(), Skipping::Off).unwrap_or_else(|error| panic!("{error}"));
@@ -271,8 +272,9 @@ fn short_lists_of_layers_are_marked() {
         let mut plan = Plan::new();
         let geometry = stack(count).deformed(&mut plan, 1.0);
         let layers = Layers::All(Hierarchy::Cores);
-        let map = interface_map(&GPU, &mut plan, ("short", 0), &geometry.into(), &viewpoint, DVec3::ZERO, layers)
-            .unwrap_or_else(|error| panic!("{error}"));
+        let map =
+            interface_map(&GPU, &mut plan, ("short", 0), &geometry.into(), &viewpoint.in_frame(DVec3::ZERO), layers)
+                .unwrap_or_else(|error| panic!("{error}"));
         let lists = map.layer_lists.expect("asked for").lists;
         let executed =
             GPU.execute(&plan, &[lists], &mut History::new(), Skipping::Off).unwrap_or_else(|error| panic!("{error}"));
