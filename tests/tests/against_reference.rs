@@ -10,8 +10,8 @@ use murano_reference::{Camera, PhotonClass, PhotonTracing, Status, Window, caust
 use murano_refraction::{Interfaces, Method, Refraction};
 use murano_render::{Floor, FrameRequest, PlacedLight, Renderer, Stage, View, World};
 use murano_scene::{
-    EnvironmentChoice, FloorLevel, GlassBodies, Light, LightKind, Local, Node, Projection, Scene, Shot, Transform,
-    look_along,
+    EnvironmentChoice, FloorLevel, GlassBodies, Light, LightKind, Local, Mesh, Node, Primitive, Projection, Scene,
+    Shot, Transform, look_along,
 };
 use murano_tests::bench::{
     Distribution, asset, degrees_between, glass_body, gpu, renderer, scalars, settings, still, vectors,
@@ -41,10 +41,15 @@ fn view_down(window: &Window, height: f64) -> View {
 
 /// What two refractions of every lamp's light through all glass add to a window, W/m^2 of white light.
 fn traced(scene: &Scene, pose: &Pose, lamps: &[PlacedLight], window: Window) -> IrradianceMap {
+    traced_with(scene, pose, lamps, window, 400_000)
+}
+
+/// The same by a number of photons from each lamp.
+fn traced_with(scene: &Scene, pose: &Pose, lamps: &[PlacedLight], window: Window, photons: u64) -> IrradianceMap {
     let world = murano_reference::World::of_scene(scene, pose).expect("a world");
     let mut sum = vec![0.0; window.texels()];
     for lamp in lamps {
-        let tracing = PhotonTracing { photons: 400_000, ..PhotonTracing::default() };
+        let tracing = PhotonTracing { photons, ..PhotonTracing::default() };
         let map = caustic_map(&world, lamp, window, &tracing, &|_, _| {}).expect("a caustic");
         let green = map.class(PhotonClass::TwoRefractions).iter().map(|irradiance| irradiance.y);
         sum.iter_mut().zip(green).for_each(|(sum, irradiance)| *sum += irradiance);
@@ -74,22 +79,88 @@ fn spot(position: DVec3, intensity: f32) -> PlacedLight {
     }
 }
 
+/// Balls of glass, centre and radius, over a floor.
+fn balls(balls: &[(DVec3, f64)]) -> (World, Floor) {
+    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
+    let ball = world.scene.nodes.pop().expect("a ball");
+    world.scene.roots.clear();
+    for (translation, radius) in balls {
+        let place = Transform { translation: *translation, scale: DVec3::splat(*radius), ..Transform::IDENTITY };
+        world.scene.roots.push(world.scene.nodes.len());
+        world.scene.nodes.push(Node { local: Local::Trs(place), ..ball.clone() });
+    }
+    let floor = Floor { height: -1.2, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
+    world.floor = Some(floor);
+    (world, floor)
+}
+
+/// A lamp that stands among what it shines on: no picture holds all of that.
+#[test]
+fn a_point_light_throws_caustics_to_all_sides() {
+    let around = [0.3_f64, 2.5, 4.4].map(|turn| (DVec3::new(3.4 * turn.cos(), -0.2, 3.4 * turn.sin()), 0.8));
+    let (world, floor) = balls(&around);
+    let mut lamp = spot(DVec3::new(0.0, 1.0, 0.0), 100.0);
+    lamp.light.kind = LightKind::Point;
+    let window = window(&floor, 9.0);
+    // One in twenty of those that a lamp sends to all sides meets a ball.
+    let truth = traced_with(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window, 6_000_000);
+    let request = FrameRequest {
+        lights: vec![lamp],
+        caustics: Some(Caustics { photons: 192, interfaces: Interfaces::Two, ..Caustics::default() }),
+        ..still(view_down(&window, 8.0), window.size, Refraction::default())
+    };
+    let [_, drawn, _] = rendered(&mut renderer(gpu(), world), &request, &window, 8.0);
+    let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
+    eprintln!("a lamp among three balls: energy {energy:.4}, relative L1 {l1:.3}");
+    assert!((energy - 1.0).abs() < 0.005, "{energy}");
+    assert!(l1 < 0.03, "{l1}");
+}
+
+/// The part of a ball that stands in an opaque thing's shadow throws no light.
+#[test]
+fn a_plate_before_a_ball_takes_its_part_of_the_caustic() {
+    let (mut world, floor) = balls(&[(DVec3::ZERO, 1.15)]);
+    let lamp = spot(DVec3::Y * 7.0, 100.0);
+    let window = window(&floor, 3.0);
+    let request = FrameRequest {
+        lights: vec![lamp.clone()],
+        caustics: Some(Caustics { photons: 192, interfaces: Interfaces::Two, ..Caustics::default() }),
+        ..still(view_down(&window, 0.04), window.size, Refraction::default())
+    };
+    let open = traced(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window);
+    // Over less than a half of the ball, whose light does not cross over into the plate's shadow: the lamp sees nothing there.
+    let [low, high] = [Vec3::new(0.15, 1.3, -3.0), Vec3::new(4.0, 1.3, 3.0)];
+    let plate = Primitive {
+        positions: vec![low, Vec3::new(low.x, low.y, high.z), high, Vec3::new(high.x, low.y, low.z)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Primitive::default()
+    };
+    world.scene.meshes.push(Mesh { name: "plate".into(), primitives: vec![plate] });
+    world.scene.roots.push(world.scene.nodes.len());
+    world.scene.nodes.push(Node { mesh: Some(world.scene.meshes.len() - 1), ..Node::default() });
+    let truth = traced(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window);
+    let kept = energy_ratio(&open, &truth).unwrap();
+    assert!((0.2..0.8).contains(&kept), "the plate takes a part: {kept} is left");
+    let mut renderer = renderer(gpu(), world);
+    for method in CausticsMethod::ALL {
+        let caustics = request.caustics.map(|caustics| Caustics { method, ..caustics });
+        let request = FrameRequest { caustics, ..request.clone() };
+        let [_, drawn, _] = rendered(&mut renderer, &request, &window, 0.04);
+        let energy = energy_ratio(&truth, &drawn).unwrap();
+        eprintln!("behind a plate, {method}: {kept:.3} of the light is left, energy {energy:.4}");
+        assert!((energy - 1.0).abs() < 0.006, "{method}: {energy}");
+    }
+}
+
 /// Three balls of different sizes and two lamps of different strength: to drop any of the six caustics, or to count one
 /// twice, costs a tenth of the light and more. The balls stand so that none is in another's light.
 #[test]
 fn every_caster_and_every_lamp_throws_its_caustic() {
-    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
-    let place = |translation: DVec3, scale: f64| {
-        Local::Trs(Transform { translation, scale: DVec3::splat(scale), ..Transform::IDENTITY })
-    };
-    let first = world.scene.nodes[0].clone();
-    world.scene.nodes[0].local = place(DVec3::new(-3.6, 0.0, 0.3), 0.9);
-    for local in [place(DVec3::new(0.2, -0.1, -0.4), 0.8), place(DVec3::new(3.6, -0.2, 0.4), 0.7)] {
-        world.scene.roots.push(world.scene.nodes.len());
-        world.scene.nodes.push(Node { local, ..first.clone() });
-    }
-    let floor = Floor { height: -1.2, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
-    world.floor = Some(floor);
+    let (world, floor) = balls(&[
+        (DVec3::new(-3.6, 0.0, 0.3), 0.9),
+        (DVec3::new(0.2, -0.1, -0.4), 0.8),
+        (DVec3::new(3.6, -0.2, 0.4), 0.7),
+    ]);
     let lamps = vec![spot(DVec3::new(1.0, 9.0, 0.5), 100.0), spot(DVec3::new(-1.0, 8.0, 3.0), 70.0)];
     let window = window(&floor, 6.0);
     let truth = traced(&world.scene, &Pose::rest(&world.scene), &lamps, window);

@@ -164,6 +164,8 @@ impl Scene {
             plan.leaf(name, stamp, Work::Leaf(leaf))
         };
         let (rays, differentials) = (leaf("rays", rays), leaf("differentials", differentials));
+        // Nothing is known of where light enters, so that nothing shades it.
+        let front = leaf("front", &vec![Vec4::ZERO; (light_map_size(photons) as usize).pow(2)]);
         // Level, as deep everywhere.
         let receivers =
             leaf("receivers", &vec![Vec4::new(0.0, 0.0, 1.0, ABOVE as f32); (FINER * SIZE).pow(2) as usize]);
@@ -185,7 +187,7 @@ impl Scene {
             instance: 0,
             lamp: &lamp,
             viewpoint: &viewpoint.in_frame(DVec3::ZERO),
-            map: &nothing_mapped(rays),
+            map: &nothing_mapped(front),
             bounds,
             caster: &Caster::Glass(Glass::of(&Material::glass(self.ior))),
             surface: None,

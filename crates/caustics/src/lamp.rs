@@ -13,12 +13,67 @@ const WIDEST: f64 = 1.3;
 /// The sun's view follows its casters in steps of whole texels, this part of its picture: nothing that it shows shifts against its texels.
 const STEPS: u32 = 8;
 
-/// A light with the viewpoints that its passes need.
+/// A light, or what of a point light shines to one side, with the viewpoints that its passes need.
 #[derive(Clone, Debug)]
 pub struct Lamp {
     placed: PlacedLight,
     /// Sees every receiver that matters: the caustic map is a picture of this viewpoint.
     pub receivers: Viewpoint,
+}
+
+/// A light to all sides where something throws caustics or shadows.
+#[derive(Clone, Debug)]
+pub struct Lamps {
+    /// One; of a point light among its casters up to six.
+    pub sides: Vec<Lamp>,
+    /// Side of each caster.
+    pub side_of: Vec<usize>,
+}
+
+impl Lamps {
+    /// A light that shines on casters and receivers within `scene` (all in the world); its maps have `map_size` texels a side. A point
+    /// light whose casters do not fit one view has one for those behind each side of a cube about it.
+    pub fn new(placed: &PlacedLight, casters: &[Bounds], scene: &Bounds, map_size: u32) -> Self {
+        let all = casters.iter().fold(Bounds::EMPTY, |all, caster| all.union(*caster));
+        let common = Lamp::new(placed, if casters.is_empty() { scene } else { &all }, scene, map_size);
+        let position = placed.world_from_light.w_axis.truncate();
+        let axis = -common.receivers.world_from_view.z_axis.truncate();
+        if placed.light.kind != LightKind::Point || casters.iter().all(|caster| sees(position, axis, caster)) {
+            return Self { sides: vec![common], side_of: vec![0; casters.len()] };
+        }
+        let face_of: Vec<usize> =
+            casters.iter().map(|caster| face_before(&placed.world_from_light, caster.center())).collect();
+        let mut faces: Vec<usize> = Vec::new();
+        for face in &face_of {
+            if !faces.contains(face) {
+                faces.push(*face);
+            }
+        }
+        let behind = |face: usize| {
+            let own = casters.iter().zip(&face_of).filter(|(_, of)| **of == face);
+            own.fold(Bounds::EMPTY, |all, (caster, _)| all.union(*caster))
+        };
+        Self {
+            sides: faces.iter().map(|face| Lamp::new(placed, &behind(*face), scene, map_size)).collect(),
+            side_of: face_of.iter().map(|of| faces.iter().position(|face| face == of).unwrap_or(0)).collect(),
+        }
+    }
+}
+
+/// Directions of the sides of a cube in a light's space.
+const FACES: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
+
+/// The side of a cube about a light that a place lies behind.
+fn face_before(world_from_light: &DMat4, place: DVec3) -> usize {
+    let to = world_from_light.inverse().transform_point3(place);
+    (0..FACES.len()).fold(0, |best, face| if to.dot(FACES[face]) > to.dot(FACES[best]) { face } else { best })
+}
+
+/// Whether a picture about an axis can hold the ball around a caster.
+fn sees(position: DVec3, axis: DVec3, caster: &Bounds) -> bool {
+    let to = caster.center() - position;
+    let radius = 0.5 * caster.diameter();
+    to.angle_between(axis) + (radius / to.length().max(radius).max(1e-12)).asin() <= WIDEST
 }
 
 /// What a lamp sends into its view (`caustics::photon::Emission`).
@@ -39,7 +94,7 @@ pub fn cone_cosines(kind: LightKind) -> (f32, f32) {
 
 impl Lamp {
     /// A light that shines on casters within `casters` and receivers within `scene` (both in the world); its map has
-    /// `map_size` texels a side.
+    /// `map_size` texels a side. One view: [`Lamps`] has as many as a light needs.
     pub fn new(placed: &PlacedLight, casters: &Bounds, scene: &Bounds, map_size: u32) -> Self {
         let position = placed.world_from_light.w_axis.truncate();
         let axis = placed.world_from_light.transform_vector3(DVec3::NEG_Z);
@@ -203,6 +258,43 @@ mod tests {
         }
         assert_eq!(cone_on_plane(DVec3::new(1.0, 0.0, -0.1).normalize(), half_angle), None);
         assert_eq!(cone_on_plane(DVec3::Z, half_angle), None);
+    }
+
+    #[test]
+    fn a_point_light_among_casters_looks_at_all_of_them() {
+        let placed = PlacedLight {
+            world_from_light: murano_scene::look_along(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.3, -1.0, 0.2)),
+            light: murano_scene::Light {
+                name: String::new(),
+                kind: LightKind::Point,
+                color: Vec3::ONE,
+                intensity: 1.0,
+                range: f32::INFINITY,
+            },
+        };
+        let ball = |to: DVec3| {
+            let center = DVec3::new(1.0, 2.0, 3.0) + to;
+            Bounds { min: center - 0.3, max: center + 0.3 }
+        };
+        let looks = |casters: &[Bounds]| {
+            let scene = casters.iter().fold(Bounds::EMPTY, |all, caster| all.union(*caster));
+            let lamps = Lamps::new(&placed, casters, &scene, 64);
+            for (caster, side) in casters.iter().zip(&lamps.side_of) {
+                let lamp = &lamps.sides[*side];
+                let corner = caster.max - 0.01;
+                assert!(lamp.receivers.sees(&Bounds { min: corner, max: corner }), "{caster:?} by {lamp:?}");
+                assert!(lamp.caster_viewpoint(caster, 64).is_ok());
+            }
+            lamps.sides.len()
+        };
+        assert_eq!(looks(&[ball(DVec3::NEG_Y * 2.0), ball(DVec3::new(0.5, -2.0, 0.5))]), 1);
+        let around = FACES.map(|axis| ball(2.0 * placed.world_from_light.transform_vector3(axis)));
+        assert_eq!(looks(&around), 6);
+        assert_eq!(looks(&around[..2]), 2);
+        let turned: Vec<Bounds> =
+            (1..9).map(|i| ball(1.5 * DVec3::from_array([1.0, 2.0, 4.0].map(|k| (k * f64::from(i)).sin())))).collect();
+        assert!(looks(&turned) > 1);
+        assert_eq!(looks(&[]), 1);
     }
 
     #[test]

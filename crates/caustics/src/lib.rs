@@ -10,7 +10,7 @@ mod receive;
 mod settings;
 
 pub use caster::{Caster, Mirror};
-pub use lamp::{Emission, Lamp, cone_cosines};
+pub use lamp::{Emission, Lamp, Lamps, cone_cosines};
 pub use photons::{Cast, CausticMap, Photons, deposit, emit, level_texels, light_map_size};
 pub use receive::{gather, receive};
 pub use settings::{Caustics, Method};

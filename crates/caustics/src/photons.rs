@@ -42,6 +42,7 @@ struct EmitParams {
 
 #[derive(ShaderType)]
 struct LandingParams {
+    receivers_from_caster: Mat4,
     photon_count: u32,
     units: f32,
     reach: f32,
@@ -278,6 +279,7 @@ pub fn deposit(
     let units = CAPACITY as f64 / most_flux(&cast.viewpoint.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
     let count = texels(viewpoint.size);
+    let receivers_from_caster = viewpoint.world_from_view.inverse() * cast.viewpoint.viewpoint.world_from_view;
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
     let dispersive = grids.spectrum.is_some();
     let (absorption, tint, mirror) = match *cast.caster {
@@ -301,7 +303,13 @@ pub fn deposit(
         .tell(pass, "receiver_viewpoint")
         .value(
             "landing_params",
-            &LandingParams { photon_count, units: units as f32, reach: reach as f32, photons: caustics.photons },
+            &LandingParams {
+                receivers_from_caster: receivers_from_caster.as_mat4(),
+                photon_count,
+                units: units as f32,
+                reach: reach as f32,
+                photons: caustics.photons,
+            },
         )
         .value(
             "params",
@@ -319,6 +327,7 @@ pub fn deposit(
         )
         .input("photons", photons.rays)
         .input("receivers", receivers)
+        .input("front", cast.map.front)
         .workspace("landings", LANDING_BYTES * photons_asked)
         .value("detail_params", &DetailParams { size })
         .value("compose_params", &ComposeParams { size })
@@ -339,7 +348,11 @@ pub fn deposit(
         pass = pass.value("spectrum", spectrum);
     }
     let shah = caustics.method == Method::Shah;
-    let land = gpu.shader(&spec("caustics::land").feature("iterated", shah))?;
+    let sheet = cast.map.back.filter(|_| matches!(cast.caster, Caster::Glass(glass) if glass.thin));
+    if let Some(back) = sheet {
+        pass = pass.input("back", back);
+    }
+    let land = gpu.shader(&spec("caustics::land").feature("iterated", shah).feature("thin", sheet.is_some()))?;
     pass = pass.dispatch(&land, "main", over_photons);
     pass = pass.dispatch(&shader("caustics::detail")?, "main", Groups::Direct([1; 3]));
     let watts = (1.0 / units) as f32;
@@ -403,8 +416,18 @@ mod tests {
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);
         let land = Shader::link(&ShaderSpec::new("caustics::land").feature("differentials", true)).unwrap();
-        check_uniform_layout!(land, "Params", LandingParams { photon_count: 1, units: 2.0, reach: 3.0, photons: 4 })
-            .unwrap();
+        check_uniform_layout!(
+            land,
+            "Params",
+            LandingParams {
+                receivers_from_caster: Mat4::from_cols_array(&std::array::from_fn(|i| i as f32 + 100.0)),
+                photon_count: 1,
+                units: 2.0,
+                reach: 3.0,
+                photons: 4,
+            }
+        )
+        .unwrap();
         let bytes = |name: &str| {
             let layout = land.structs.iter().find(|layout| layout.name == name).unwrap();
             u64::from(layout.size)

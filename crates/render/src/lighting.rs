@@ -4,10 +4,10 @@ use encase::ShaderType;
 use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
 use murano_caustics::{
-    Cast, Caster, Caustics, Lamp, Mirror, cone_cosines, deposit, emit, gather, light_map_size, receive,
+    Cast, Caster, Caustics, Lamp, Lamps, Mirror, cone_cosines, deposit, emit, gather, light_map_size, receive,
 };
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Layered, Layers, Mapped, Refraction, interface_map, texels};
+use murano_refraction::{Layered, Layers, Mapped, Refraction, ViewpointUniform, interface_map, texels};
 use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
@@ -31,6 +31,21 @@ struct LampParams {
     cos_outer: f32,
     cos_inner: f32,
     range: f32,
+}
+
+/// Where a lamp shines, and what it sees there.
+struct Side<'a> {
+    lamp: &'a Lamp,
+    receivers: Output,
+}
+
+/// What a lamp sees to each side, as `render::illuminate` names it.
+const RECEIVERS: [&str; 6] = ["receivers", "second", "third", "fourth", "fifth", "sixth"];
+
+#[derive(ShaderType)]
+struct Sides {
+    viewpoints: [ViewpointUniform; RECEIVERS.len()],
+    count: u32,
 }
 
 /// Something that throws caustics under a lamp.
@@ -58,8 +73,8 @@ impl FramePlan<'_> {
         let mut layered = seen.layered;
         let mut layers = Vec::new();
         let everything = glass_bounds.union(*opaque_bounds);
-        let thrown = mirrors.iter().fold(*glass_bounds, |all, mirror| all.union(mirror.bounds));
-        let casters = if thrown.is_empty() { opaque_bounds } else { &thrown };
+        let casters: Vec<Bounds> =
+            bodies.iter().map(|body| body.bounds).chain(mirrors.iter().map(|mirror| mirror.bounds)).collect();
         for (number, placed) in (0..).zip(&self.request.lights) {
             if opaque.triangle_count == 0 {
                 plan.cull("illuminate", number, "there is nothing opaque to light")?;
@@ -71,17 +86,15 @@ impl FramePlan<'_> {
                 continue;
             }
             let map_size = self.request.caustics.map_or(SHADOW_MAP_SIZE, |caustics| caustics.map_size);
-            let lamp = Lamp::new(placed, casters, &everything, map_size);
-            let receivers = interface_map(
-                self.stock.gpu,
-                plan,
-                ("receivers", number),
-                &(*opaque).into(),
-                &lamp.receivers.in_frame(self.origin),
-                Layers::Nearest,
-            )?
-            .front;
-            let reachable = lamp.receivers.sees(opaque_bounds);
+            let lamps = Lamps::new(placed, &casters, &everything, map_size);
+            let mut sides = Vec::new();
+            for (side, lamp) in (0..).zip(&lamps.sides) {
+                let key = ("receivers", number + side * self.request.lights.len() as u32);
+                let viewpoint = lamp.receivers.in_frame(self.origin);
+                let receivers =
+                    interface_map(self.stock.gpu, plan, key, &(*opaque).into(), &viewpoint, Layers::Nearest)?.front;
+                sides.push(Side { lamp, receivers });
+            }
             let mut received = Vec::new();
             let sorted = self.stock.sorted;
             let pairs = number * (sorted.bodies.len() + sorted.mirrors.len()) as u32;
@@ -93,19 +106,21 @@ impl FramePlan<'_> {
             let metal = mirrors.iter().map(|body| {
                 (body.index, Caster::Mirror(body.mirror), &body.mapped, &body.bounds, Mirror::refraction())
             });
-            for (index, caster, mapped, bounds, refraction) in glass.chain(metal).collect::<Vec<_>>() {
+            let throwers = glass.chain(metal).zip(&lamps.side_of).collect::<Vec<_>>();
+            for ((index, caster, mapped, bounds, refraction), side) in throwers {
                 let pair = pairs + index;
-                if !reachable {
+                let side = &sides[*side];
+                if !side.lamp.receivers.sees(opaque_bounds) {
                     plan.cull("emit", pair, "no receiver is in the light's view")?;
                     continue;
                 }
                 let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
-                received.extend(self.cast(plan, &thrower, &lamp, receivers, seen.surfaces)?);
+                received.extend(self.cast(plan, &thrower, side, seen.surfaces)?);
             }
             let with_caustics = self.request.caustics.is_some();
             let received = gather(self.stock.gpu, plan, pairs, received, self.eye.size, with_caustics)?;
-            let (colour, layer) = self.illuminate(plan, number, &lamp, receivers, received, seen, layered.colour)?;
+            let (colour, layer) = self.illuminate(plan, number, &sides, received, seen, layered.colour)?;
             layered.colour = colour;
             layers.extend(layer);
         }
@@ -117,10 +132,10 @@ impl FramePlan<'_> {
         &mut self,
         plan: &mut Plan<Work>,
         thrower: &Thrower<'_>,
-        lamp: &Lamp,
-        receivers: Output,
+        side: &Side<'_>,
         surfaces: Output,
     ) -> Result<Option<Output>, GpuError> {
+        let Side { lamp, receivers } = *side;
         let Thrower { pair, refraction, bounds, mapped, caster, .. } = thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
         let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
@@ -166,8 +181,7 @@ impl FramePlan<'_> {
         &self,
         plan: &mut Plan<Work>,
         number: u32,
-        lamp: &Lamp,
-        receivers: Output,
+        sides: &[Side<'_>],
         received: Option<Output>,
         seen: &OpaquePicture,
         unlit: Output,
@@ -176,18 +190,24 @@ impl FramePlan<'_> {
             .feature("casters", received.is_some())
             .feature("caustic", self.request.caustics.is_some())
             .feature("aov", self.request.aov);
+        let spec = RECEIVERS.iter().zip(sides).skip(1).fold(spec, |spec, (name, _)| spec.feature(name, true));
         let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
+        // Those beyond the last one are not looked at.
+        let side_or_first = |side: usize| sides.get(side).unwrap_or(&sides[0]).lamp.receivers.uniform(self.origin);
+        let viewpoints = std::array::from_fn(side_or_first);
         let mut pass = ComputePass::new("illuminate", number)
-            .value("params", &lamp_params(lamp.placed(), &self.eye.world_from_view))
+            .value("params", &lamp_params(sides[0].lamp.placed(), &self.eye.world_from_view))
             .value("eye", &self.eye.uniform(self.origin))
-            .value("receiver_viewpoint", &lamp.receivers.uniform(self.origin))
+            .value("sides", &Sides { viewpoints, count: sides.len() as u32 })
             .value("render_from_eye", &self.eye.view_from_render(self.origin).inverse().as_mat4())
             .input("surfaces", seen.surfaces)
             .input("albedo", seen.albedo)
-            .input("receivers", receivers)
             .input("unlit", unlit)
             .output("colour", 16 * count);
+        for (name, side) in RECEIVERS.iter().zip(sides) {
+            pass = pass.input(name, side.receivers);
+        }
         if let Some(received) = received {
             pass = pass.input("received", received);
         }
