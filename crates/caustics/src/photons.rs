@@ -130,7 +130,7 @@ pub struct Photons {
 
 impl Photons {
     /// One grid of photons whose paths are known: `caustics::photon::Photon`, row after row, and as many
-    /// `caustics::photon::PhotonDifferential`, for a method that wants them ([`Method::wants_differentials`]).
+    /// `caustics::photon::PhotonDifferential`, for beams and footprints.
     pub fn followed_elsewhere(rays: Output, differentials: Option<Output>) -> Self {
         Self { rays, differentials, grids: Grids { mirrored: 0, branches: 1, spectrum: None } }
     }
