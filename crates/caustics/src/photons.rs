@@ -359,8 +359,9 @@ pub fn deposit(
     pass = match caustics.method {
         Method::Splat => {
             let filter = shader("caustics::filter")?;
-            // Half of the 7x7 kernel: smooth enough that single photons do not show, narrow enough to end within it.
-            pass.value("kernel", &Kernel { size, watts, sigma: 1.75 })
+            // With the variance of a quadratic B-spline that of a tent and 1.75: half of the 7x7 kernel, smooth enough that single
+            // photons do not show, narrow enough to end within it.
+            pass.value("kernel", &Kernel { size, watts, sigma: 1.726 })
                 .workspace("rows", LEVELS * 16 * count)
                 .dispatch(&shader("caustics::splat")?, "main", over_photons)
                 .dispatch(&filter, "horizontal", over_map)
@@ -368,7 +369,7 @@ pub fn deposit(
         }
         Method::Shah => pass
             .value("resolve_params", &ResolveParams { size, watts })
-            .dispatch(&gpu.shader(&spec("caustics::splat").feature("nearest", true))?, "main", over_photons)
+            .dispatch(&gpu.shader(&spec("caustics::splat").feature("linear", true))?, "main", over_photons)
             .dispatch(&shader("caustics::resolve")?, "main", over_map),
         Method::Beams | Method::Footprint => {
             // Both triangles of a cell, or one parallelogram.

@@ -5,9 +5,9 @@ use murano_refraction::{Interfaces, UnknownName};
 /// How landed photons become irradiance. The table every user-facing list is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// Fixed-size Gaussian splats (Wyman), as a bilinear deposit followed by one separable Gaussian.
+    /// Fixed-size Gaussian splats (Wyman), as a deposit of B-splines followed by one separable Gaussian.
     Splat,
-    /// Points, each for the texel that it is in, on receivers found by iteration over what the light sees (Shah, Konttinen and
+    /// Points, each shared out to the four texels next to it, on receivers found by iteration over what the light sees (Shah, Konttinen and
     /// Pattanaik 2007).
     Shah,
     /// The cells between photons as triangles where those land (Ernst, Akenine-Möller and Jensen 2005; Umenhoffer, Patow and

@@ -82,7 +82,7 @@ fn caustics_are_run_time_against_error() {
         "--lights",
         "directional",
         "--photons",
-        "32,128",
+        "64,128",
         "--map-sizes",
         "128",
         "--truth-photons",
@@ -92,8 +92,7 @@ fn caustics_are_run_time_against_error() {
     ]);
     let subject = &json["subjects"][0];
     assert!(subject["flux"].as_f64() > Some(0.0));
-    // But splats, which are as wide as they are, whatever their number.
-    for method in ["shah", "beams", "footprint"] {
+    for method in ["splat", "shah", "beams", "footprint"] {
         let rows = subject["rows"].as_array().unwrap().iter().filter(|row| row["method"] == method);
         let errors: Vec<f64> = rows.map(|row| row["relative_l1"].as_f64().unwrap()).collect();
         let [few, many] = errors[..] else { panic!("two numbers of photons: {subject:#}") };
