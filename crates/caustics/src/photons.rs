@@ -21,6 +21,8 @@ const MARGINAL_BYTES: u64 = 2 * 4 * 256;
 const MOST_INTERFACES: u32 = 16;
 /// Levels of a caustic map.
 const LEVELS: u64 = 2;
+/// Levels coarser than those, each by a factor of two, in which soft footprints are laid down.
+const COARSER_LEVELS: u32 = 3;
 /// Sums of each, over 1 to 32 texels along a side.
 const MIPS: u32 = 6;
 /// Bytes of a landing: texel, whether it landed, a 2x2 matrix.
@@ -182,14 +184,10 @@ pub struct CausticMap {
     pub watts_per_unit: f64,
 }
 
-/// Texels a side of the light's interface map: an odd multiple of the photons, so that each photon's cell has its centre
-/// on a texel's, fine enough for the search.
+/// Texels a side of the light's interface map: a multiple of the photons, so that each photon's ray goes through the centre of a
+/// texel, fine enough for the search.
 pub fn light_map_size(photons: u32) -> u32 {
-    let mut multiple = 1;
-    while photons * multiple < 320 {
-        multiple += 2;
-    }
-    photons * multiple
+    photons * 320_u32.div_ceil(photons)
 }
 
 /// Texels of one level of a caustic map with its sums.
@@ -200,6 +198,16 @@ pub fn level_texels(size: [u32; 2]) -> u64 {
 /// Texels of one level before its sums over 2^mip texels along a side.
 pub(crate) fn texels_before(size: [u32; 2], mip: u32) -> u64 {
     (0..mip.min(MIPS)).map(|mip| texels(size.map(|side| side.div_ceil(1 << mip)))).sum()
+}
+
+/// Texels along the sides of a level that is coarser by 2^shift, with a ring around the view.
+fn coarse_size(size: [u32; 2], shift: u32) -> [u32; 2] {
+    size.map(|side| side.div_ceil(1 << shift) + 2)
+}
+
+/// Texels of all coarser levels.
+fn coarse_texels(size: [u32; 2]) -> u64 {
+    (1..=COARSER_LEVELS).map(|shift| texels(coarse_size(size, shift))).sum()
 }
 
 /// The most flux that a viewpoint's picture can carry for a lamp of intensity 1, watts.
@@ -278,7 +286,9 @@ pub fn deposit(
     let photon_count = u32::try_from(photons_asked).unwrap_or(u32::MAX);
     let units = CAPACITY as f64 / most_flux(&cast.viewpoint.viewpoint);
     let size = UVec2::from_array(viewpoint.size);
+    let footprints = caustics.method == Method::Footprint;
     let count = texels(viewpoint.size);
+    let coarse = if footprints { coarse_texels(viewpoint.size) } else { 0 };
     let receivers_from_caster = viewpoint.world_from_view.inverse() * cast.viewpoint.viewpoint.world_from_view;
     let grey = |[red, green, blue]: [f32; 3]| red == green && green == blue;
     let dispersive = grids.spectrum.is_some();
@@ -333,8 +343,8 @@ pub fn deposit(
         .value("compose_params", &ComposeParams { size })
         .value("pyramid_params", &PyramidParams { size })
         .scratch("marginals", MARGINAL_BYTES)
-        .scratch("flux", LEVELS * count * if monochrome { 4 } else { 12 })
-        .workspace("laid", LEVELS * 16 * count)
+        .scratch("flux", (LEVELS * count + coarse) * if monochrome { 4 } else { 12 })
+        .workspace("laid", 16 * (LEVELS * count + coarse))
         .output("caustic_map", LEVELS * 16 * level_texels(viewpoint.size))
         .cleared_output("account", 8)
         .output("detail", 16);
@@ -378,9 +388,19 @@ pub fn deposit(
                 _ => ("caustics::footprint", 1),
             };
             let lay = gpu.shader(&spec("caustics::lay").alias("caustics::cover", cover))?;
-            pass.value("resolve_params", &ResolveParams { size, watts })
-                .dispatch(&lay, "main", Groups::linear(photon_count as usize * shapes, 64))
-                .dispatch(&shader("caustics::resolve")?, "main", over_map)
+            let resolve = gpu.shader(&spec("caustics::resolve").feature("coarse", footprints))?;
+            pass = pass.value("resolve_params", &ResolveParams { size, watts }).dispatch(
+                &lay,
+                "main",
+                Groups::linear(photon_count as usize * shapes, 64),
+            );
+            if footprints {
+                for (level, entry) in (1..=COARSER_LEVELS).rev().zip(["refine_third", "refine_second", "refine_first"])
+                {
+                    pass = pass.dispatch(&resolve, entry, Groups::tiles(coarse_size(viewpoint.size, level)));
+                }
+            }
+            pass.dispatch(&resolve, "main", over_map)
         }
     };
     let [blocks_x, blocks_y] = viewpoint.size.map(|side| side.div_ceil(32));
