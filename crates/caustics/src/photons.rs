@@ -18,7 +18,7 @@ const DIFFERENTIAL_BYTES: u64 = 96;
 /// Bins of the light along both axes of the lamp's view.
 const MARGINAL_BYTES: u64 = 2 * 4 * 256;
 /// Interfaces that a photon may meet: light that is reflected many times still counts where it lands.
-const MOST_INTERFACES: u32 = 16;
+const MOST_INTERFACES: u32 = 64;
 /// Levels of a caustic map.
 const LEVELS: u64 = 2;
 /// Levels coarser than those, each by a factor of two, in which soft footprints are laid down.
@@ -235,6 +235,7 @@ pub fn emit(
     let spec = traced("caustics::emit", refraction, thin, cast.map.thickness.is_some());
     let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
+    let spec = spec.feature("by_chance", !mirror && !thin && grids.branches > 1);
     let bent = cast.surface.filter(|_| cast.bends);
     let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
     let shader = gpu.shader(&spec)?;
