@@ -134,7 +134,7 @@ impl Photons {
     /// One grid of photons whose paths are known: `caustics::photon::Photon`, row after row, and as many
     /// `caustics::photon::PhotonDifferential`, for beams and footprints.
     pub fn followed_elsewhere(rays: Output, differentials: Option<Output>) -> Self {
-        Self { rays, differentials, grids: Grids { mirrored: 0, branches: 1, spectrum: None } }
+        Self { rays, differentials, grids: Grids { mirrored: 0, branches: 1, spectrum: None, rest: 0 } }
     }
 }
 
@@ -146,26 +146,37 @@ struct Grids {
     /// Of each wavelength.
     branches: u32,
     spectrum: Option<Spectrum>,
+    /// 1 where the last is of what the wavelengths leave aside, of one of them a cell.
+    rest: u32,
 }
 
 impl Grids {
     fn of(caster: &Caster, caustics: &Caustics, refraction: &Refraction) -> Self {
         match caster {
             Caster::Glass(glass) => Self::of_glass(glass, caustics, refraction),
-            Caster::Mirror(_) => Self { mirrored: 1, branches: 0, spectrum: None },
+            Caster::Mirror(_) => Self { mirrored: 1, branches: 0, spectrum: None, rest: 0 },
         }
     }
 
     fn of_glass(glass: &Glass, caustics: &Caustics, refraction: &Refraction) -> Self {
         let all = caustics.interfaces == Interfaces::All;
         let spectrum = Spectrum::of(glass, refraction);
-        // A grid of each of 16 wavelengths is as much as the smallest adapters' buffers hold.
-        let branches = if all && spectrum.is_none() { refraction.branches_followed() } else { 1 };
-        Self { mirrored: u32::from(all && refraction.reflection), branches, spectrum }
+        let branches = if all { refraction.branches_followed() } else { 1 };
+        let mirrored = u32::from(all && refraction.reflection);
+        match spectrum {
+            None => Self { mirrored, branches, spectrum, rest: 0 },
+            // A grid of each of 16 wavelengths is as much as the smallest adapters' buffers hold.
+            Some(_) => Self { mirrored, branches: 1, spectrum, rest: u32::from(branches > 1) },
+        }
+    }
+
+    /// Whether the last path of a cell goes by chance.
+    fn end_by_chance(&self) -> bool {
+        self.branches > 1 || self.rest > 0
     }
 
     fn count(&self) -> u32 {
-        self.mirrored + self.branches * self.spectrum.map_or(1, |spectrum| spectrum.count)
+        self.mirrored + self.branches * self.spectrum.map_or(1, |spectrum| spectrum.count) + self.rest
     }
 }
 
@@ -235,7 +246,7 @@ pub fn emit(
     let spec = traced("caustics::emit", refraction, thin, cast.map.thickness.is_some());
     let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
-    let spec = spec.feature("by_chance", !mirror && !thin && grids.branches > 1);
+    let spec = spec.feature("by_chance", !mirror && !thin && grids.end_by_chance());
     let bent = cast.surface.filter(|_| cast.bends);
     let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
     let shader = gpu.shader(&spec)?;
