@@ -21,11 +21,11 @@ const MARGINAL_BYTES: u64 = 2 * 4 * 256;
 const MOST_INTERFACES: u32 = 64;
 /// Levels of a caustic map.
 const LEVELS: u64 = 2;
-/// Levels coarser than those, each by a factor of two, in which soft footprints are laid down.
-const COARSER_LEVELS: u32 = 3;
+/// Of levels coarser than those, each by a factor of two, in which soft footprints are laid down: what brings it down to the next finer.
+const REFINEMENTS: [&str; 3] = ["refine_first", "refine_second", "refine_third"];
 /// Sums of each, over 1 to 32 texels along a side.
 const MIPS: u32 = 6;
-/// Bytes of a landing: texel, whether it landed, a 2x2 matrix.
+/// Bytes of a landing: texel, what part of it lands, a 2x2 matrix.
 const LANDING_BYTES: u64 = 32;
 /// Fixed-point units that the whole grid may carry.
 const CAPACITY: u64 = 1 << 30;
@@ -49,6 +49,8 @@ struct LandingParams {
     units: f32,
     reach: f32,
     photons: u32,
+    mirrored: u32,
+    part_of_wave: f32,
 }
 
 #[derive(ShaderType)]
@@ -166,7 +168,7 @@ impl Grids {
         match spectrum {
             None => Self { mirrored, branches, spectrum, rest: 0 },
             // A grid of each of 16 wavelengths is as much as the smallest adapters' buffers hold.
-            Some(_) => Self { mirrored, branches: 1, spectrum, rest: u32::from(branches > 1) },
+            Some(_) => Self { mirrored, branches: 1, spectrum, rest: u32::from(branches > 1 && !glass.thin) },
         }
     }
 
@@ -176,7 +178,11 @@ impl Grids {
     }
 
     fn count(&self) -> u32 {
-        self.mirrored + self.branches * self.spectrum.map_or(1, |spectrum| spectrum.count) + self.rest
+        self.mirrored + self.branches * self.waves() + self.rest
+    }
+
+    fn waves(&self) -> u32 {
+        self.spectrum.map_or(1, |spectrum| spectrum.count)
     }
 }
 
@@ -218,7 +224,7 @@ fn coarse_size(size: [u32; 2], shift: u32) -> [u32; 2] {
 
 /// Texels of all coarser levels.
 fn coarse_texels(size: [u32; 2]) -> u64 {
-    (1..=COARSER_LEVELS).map(|shift| texels(coarse_size(size, shift))).sum()
+    (1..).zip(REFINEMENTS).map(|(shift, _)| texels(coarse_size(size, shift))).sum()
 }
 
 /// The most flux that a viewpoint's picture can carry for a lamp of intensity 1, watts.
@@ -331,6 +337,8 @@ pub fn deposit(
                 units: units as f32,
                 reach: reach as f32,
                 photons: caustics.photons,
+                mirrored: grids.mirrored,
+                part_of_wave: 1.0 / grids.waves() as f32,
             },
         )
         .value(
@@ -407,9 +415,9 @@ pub fn deposit(
                 Groups::linear(photon_count as usize * shapes, 64),
             );
             if footprints {
-                for (level, entry) in (1..=COARSER_LEVELS).rev().zip(["refine_third", "refine_second", "refine_first"])
-                {
-                    pass = pass.dispatch(&resolve, entry, Groups::tiles(coarse_size(viewpoint.size, level)));
+                // The coarsest first.
+                for (finer, entry) in REFINEMENTS.into_iter().enumerate().rev() {
+                    pass = pass.dispatch(&resolve, entry, Groups::tiles(coarse_size(viewpoint.size, finer as u32 + 1)));
                 }
             }
             pass.dispatch(&resolve, "main", over_map)
@@ -458,6 +466,8 @@ mod tests {
                 units: 2.0,
                 reach: 3.0,
                 photons: 4,
+                mirrored: 5,
+                part_of_wave: 6.0,
             }
         )
         .unwrap();

@@ -219,7 +219,8 @@ pub struct Refraction {
     pub reflection: bool,
     /// Paths through the glass that a pixel follows where they are followed on ([`TirPolicy::Trace`], [`Interfaces::All`]), 1 to
     /// [`MOST_BRANCHES`]: first the transmitted one, then always the heaviest part that the last one left aside as its
-    /// interfaces reflected or transmitted it. Without `reflection` the first alone.
+    /// interfaces reflected or transmitted it. Without `reflection` the first alone. Of several that a photon follows the last carries
+    /// all light that is left, and goes one way at each interface, by chance.
     pub branches: u32,
     /// Of `isr`.
     pub normal_distance: NormalDistance,
