@@ -152,7 +152,7 @@ pub struct ShotOptions {
     )]
     interfaces: Option<Interfaces>,
     /// Paths through the glass that a pixel follows with --interfaces all or --tir trace: the transmitted one, then the heaviest
-    /// part that the last one left aside [default: 2]
+    /// part that the last one left aside; a photon's last path carries all light that is left [default: 2]
     #[arg(
         long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_BRANCHES)),
         help_heading = "Glass"

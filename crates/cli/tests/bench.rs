@@ -82,7 +82,7 @@ fn caustics_are_run_time_against_error() {
         "--lights",
         "directional",
         "--photons",
-        "64,128",
+        "32,64,128",
         "--map-sizes",
         "128",
         "--truth-photons",
@@ -95,8 +95,10 @@ fn caustics_are_run_time_against_error() {
     for method in ["splat", "shah", "beams", "footprint"] {
         let rows = subject["rows"].as_array().unwrap().iter().filter(|row| row["method"] == method);
         let errors: Vec<f64> = rows.map(|row| row["relative_l1"].as_f64().unwrap()).collect();
-        let [few, many] = errors[..] else { panic!("two numbers of photons: {subject:#}") };
-        assert!(many <= few + 0.02, "more photons are no worse: {method} {few}, then {many}");
+        let [few, more, many] = errors[..] else { panic!("three numbers of photons: {subject:#}") };
+        assert!(many <= more + 0.02, "more photons are no worse: {method} {more}, then {many}");
+        // So few splats lie in a finer detail than more of them.
+        assert!(method == "splat" || many <= few + 0.02, "more photons are no worse: {method} {few}, then {many}");
     }
     assert!(page.contains("splat:128") && page.contains("<svg"));
 }
