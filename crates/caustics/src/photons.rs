@@ -189,10 +189,14 @@ impl Grids {
 /// Deposited caustics of one cast.
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
-    /// `vec4f` a texel: watts for a lamp of intensity 1, RGB, and the part of the range of fixed-point sums that its fullest channel
-    /// takes. Of the lamp's receiver viewpoint, then of as many texels the part of it where the light lands. Each is followed by its sums
-    /// over 2 to 32 texels along a side ([`level_texels`] in all).
+    /// Watts a texel for a lamp of intensity 1: RGB and 0, or one `f32` where it is [`monochrome`](Self::monochrome). Of the lamp's
+    /// receiver viewpoint, then of as many texels the part of it where the light lands. Each is followed by its sums over 2 to 32 texels
+    /// along a side ([`level_texels`] in all).
     pub flux: Output,
+    /// Whether all channels are equal: nothing that the light meets is coloured.
+    pub monochrome: bool,
+    /// `f32` a texel of both, first: the part of the range of fixed-point sums that its fullest channel takes.
+    pub range: Output,
     /// Where that part lies, four `f32`: its corner in texels of the whole view, and its texels over those of the whole view.
     pub detail: Output,
     /// Two `u32`: fixed-point flux sent out of the glass and landed, before absorption.
@@ -315,6 +319,7 @@ pub fn deposit(
         Caster::Mirror(mirror) => ([0.0; 3], mirror.reflectance, true),
     };
     let monochrome = grey(absorption) && grey(tint) && !dispersive && cast.surface.is_none();
+    let texel = if monochrome { 4 } else { 16 };
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
         spec.feature("monochrome", monochrome)
@@ -364,10 +369,11 @@ pub fn deposit(
         .value("pyramid_params", &PyramidParams { size })
         .scratch("marginals", MARGINAL_BYTES)
         .scratch("flux", (LEVELS * count + coarse) * if monochrome { 4 } else { 12 })
-        .workspace("laid", 16 * (LEVELS * count + coarse))
-        .output("caustic_map", LEVELS * 16 * level_texels(viewpoint.size))
+        .workspace("laid", texel * (LEVELS * count + coarse))
+        .output("caustic_map", texel * LEVELS * level_texels(viewpoint.size))
         .cleared_output("account", 8)
-        .output("detail", 16);
+        .output("detail", 16)
+        .output("range", 4 * (LEVELS * count + coarse));
     if let Some(differentials) = photons.differentials {
         pass = pass.input("differentials", differentials);
     }
@@ -392,7 +398,7 @@ pub fn deposit(
             // With the variance of a quadratic B-spline that of a tent and 1.75: half of the 7x7 kernel, smooth enough that single
             // photons do not show, narrow enough to end within it.
             pass.value("kernel", &Kernel { size, watts, sigma: 1.726 })
-                .workspace("rows", LEVELS * 16 * count)
+                .workspace("rows", texel * LEVELS * count)
                 .dispatch(&shader("caustics::splat")?, "main", over_photons)
                 .dispatch(&filter, "horizontal", over_map)
                 .dispatch(&filter, "vertical", over_map)
@@ -427,7 +433,14 @@ pub fn deposit(
     let blocks = Groups::Direct([blocks_x, blocks_y, LEVELS as u32]);
     pass = pass.dispatch(&shader("caustics::compose")?, "main", over_map);
     let outputs = pass.dispatch(&shader("caustics::pyramid")?, "main", blocks).add_to(plan)?;
-    Ok(CausticMap { flux: outputs[0], account: outputs[1], detail: outputs[2], watts_per_unit: 1.0 / units })
+    Ok(CausticMap {
+        flux: outputs[0],
+        monochrome,
+        account: outputs[1],
+        detail: outputs[2],
+        range: outputs[3],
+        watts_per_unit: 1.0 / units,
+    })
 }
 
 #[cfg(test)]

@@ -54,7 +54,8 @@ pub fn receive(
     };
     let spec = ShaderSpec::new("caustics::receive")
         .feature("shades", shade.is_some())
-        .feature("caustic", caustic_map.is_some());
+        .feature("caustic", caustic_map.is_some())
+        .feature("monochrome", caustic_map.is_some_and(|map| map.monochrome));
     let shader = gpu.shader(&spec)?;
     let from_eye = |viewpoint: &Viewpoint| viewpoint.world_from_view.inverse() * eye.world_from_view;
     let receivers = &cast.lamp.receivers;
@@ -142,7 +143,7 @@ pub fn gather(
 /// The least number of cells that a caster's map is divided into along a side.
 const LEAST_CELLS: u32 = 320;
 
-/// Adds the pass `shade:instance`: `vec4<u32>` a cell of `cell` x `cell` texels of the caster's map, what of the light comes past the
+/// Adds the pass `shade:instance`: a `caustics::cell::Cell` for each cell of `cell` x `cell` texels of the caster's map, what of the light comes past the
 /// caster, or without caustics straight through it, and the range of depths behind which that is so.
 fn shade(
     gpu: &Gpu,
@@ -164,7 +165,7 @@ fn shade(
         .tell(ComputePass::new("shade", cast.instance), "caster_viewpoint")
         .value("params", &ShadeParams { cell })
         .input("front", cast.map.front)
-        .output("shade", 16 * texels(cells));
+        .output("shade", if caustic { 8 } else { 16 } * texels(cells));
     if glass.thin || !caustic {
         pass = pass.input("back", back);
     }

@@ -206,7 +206,7 @@ impl Renderer {
         let targets: Vec<Output> = planned
             .accounts
             .iter()
-            .flat_map(|deposited| [deposited.account, deposited.flux, deposited.detail])
+            .flat_map(|deposited| [deposited.account, deposited.flux, deposited.detail, deposited.range])
             .collect();
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, Skipping::On)?;
         let size = [request.caustics.map_or(0, |caustics| caustics.map_size); 2];
@@ -214,16 +214,28 @@ impl Renderer {
         Ok(planned
             .accounts
             .iter()
-            .zip(executed.targets.chunks(3))
+            .zip(executed.targets.chunks(4))
             .map(|(deposited, buffers)| {
                 let units: &[u32] = bytemuck::cast_slice(&buffers[0]);
-                let levels: Vec<[f32; 4]> = bytemuck::cast_slice(&buffers[1]).to_vec();
+                let flux: &[f32] = bytemuck::cast_slice(&buffers[1]);
                 let place: &[f32] = bytemuck::cast_slice(&buffers[2]);
+                let range: &[f32] = bytemuck::cast_slice(&buffers[3]);
+                let texels_from = |first: usize| {
+                    let rgb = |texel: usize| {
+                        if deposited.monochrome {
+                            [flux[texel]; 3]
+                        } else {
+                            [0, 1, 2].map(|channel| flux[4 * texel + channel])
+                        }
+                    };
+                    (first..first + finest).map(rgb).collect()
+                };
                 CausticAccount {
                     sent: f64::from(units[0]) * deposited.watts_per_unit,
                     landed: f64::from(units[1]) * deposited.watts_per_unit,
-                    map: levels[..finest].to_vec(),
-                    detail: levels[level..level + finest].to_vec(),
+                    map: texels_from(0),
+                    detail: texels_from(level),
+                    range: range[..2 * finest].to_vec(),
                     detail_offset: [place[0], place[1]],
                     detail_scale: [place[2], place[3]],
                 }
@@ -239,10 +251,12 @@ pub struct CausticAccount {
     pub sent: f64,
     /// Watts that met a receiver within the lamp's view.
     pub landed: f64,
-    /// The lamp's whole view: watts a texel, RGB, and the part of the fixed-point range that its fullest channel takes, row by row.
-    pub map: Vec<[f32; 4]>,
+    /// The lamp's whole view: watts a texel, RGB, row by row.
+    pub map: Vec<[f32; 3]>,
     /// The part of it where the light lands, in as many texels.
-    pub detail: Vec<[f32; 4]>,
+    pub detail: Vec<[f32; 3]>,
+    /// Of each texel of the whole view, then of the detail: the part of the fixed-point range that its fullest channel takes.
+    pub range: Vec<f32>,
     /// The corner of that part, texels of the whole view.
     pub detail_offset: [f32; 2],
     /// Its texels over those of the whole view, along each axis.
@@ -252,7 +266,7 @@ pub struct CausticAccount {
 impl CausticAccount {
     /// The part of the range of fixed-point sums that the fullest texel takes; a quarter, and what rounding adds, at the most.
     pub fn range_used(&self) -> f32 {
-        self.map.iter().chain(&self.detail).map(|texel| texel[3]).fold(0.0, f32::max)
+        self.range.iter().copied().fold(0.0, f32::max)
     }
 }
 

@@ -59,10 +59,10 @@ pub fn write_caustics(folder: &Path, truth: &CausticTruth, trial: &CausticTrial)
     ] {
         write_picture(&folder.join(file), &HeatMap { title, unit: "W/m²", size, values, scale }.draw()?)?;
     }
-    let used: Vec<f32> = trial.account.detail.iter().map(|texel| texel[3]).collect();
+    let used = &trial.account.range[trial.account.map.len()..];
     let scale = Scale::new(Scaling::Logarithmic, 1e-9, 1.0)?;
     let size = [trial.caustics.map_size; 2];
-    let range = HeatMap { title: "fixed-point range used", unit: "", size, values: &used, scale }.draw()?;
+    let range = HeatMap { title: "fixed-point range used", unit: "", size, values: used, scale }.draw()?;
     write_picture(&folder.join(format!("{name}_range.png")), &range)
 }
 
