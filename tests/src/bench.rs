@@ -86,6 +86,7 @@ pub fn still(view: View, size: [u32; 2], refraction: Refraction) -> FrameRequest
         lights: Vec::new(),
         refraction,
         caustics: None,
+        samples: 1,
         exposure: 1.0,
         tone_map: ToneMap::Linear,
         aov: true,

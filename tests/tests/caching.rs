@@ -118,6 +118,36 @@ fn a_repeated_frame_runs_nothing_and_time_scrubbed_back_is_still_there() {
 }
 
 #[test]
+fn samples_share_everything_but_what_the_eye_sees() {
+    let (world, request) = dancer();
+    let mut renderer = renderer(gpu(), world);
+    let several = FrameRequest { samples: 3, ..request.clone() };
+    let first = render(&mut renderer, &several);
+    let again = render(&mut renderer, &several);
+    assert_eq!(ran(&again), BTreeSet::new(), "again");
+    assert_equal(&again, &first, "again");
+    let orbit = orbited(&several, 0.2);
+    let frame = render(&mut renderer, &orbit);
+    assert_reused(&frame, &["deform", "light_map", "receivers", "emit", "deposit"], "orbit");
+    assert!(ran(&frame).is_superset(&BTreeSet::from(["opaque", "refract", "accumulate", "composite"])));
+    for skipping in [Skipping::Off, Skipping::Verify] {
+        assert_equal(&frame, &render(&mut renderer, &FrameRequest { skipping, ..orbit.clone() }), "orbit, not skipped");
+    }
+    // The layers beside the picture are those of the first, whose rays go through the middle of the pixels.
+    let one = render(&mut renderer, &request);
+    let layer = |frame: &Frame, name: &str| vectors(frame.aov.as_ref().expect("asked for"), name);
+    for name in ["p1", "exit_direction"] {
+        assert!(layer(&one, name) == layer(&first, name), "{name} is of another ray");
+    }
+    assert!(layer(&one, "radiance") != layer(&first, "radiance"), "more samples see no more");
+    for samples in [0, 1025] {
+        let refused = renderer.render(&FrameRequest { samples, ..request.clone() });
+        let message = refused.err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(message.contains("samples of a pixel"), "{samples}: {message}");
+    }
+}
+
+#[test]
 fn skipping_changes_no_bit() {
     let (world, request) = dancer();
     let mut renderer = renderer(gpu(), world);

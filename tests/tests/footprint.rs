@@ -17,8 +17,8 @@ fn radiance(renderer: &mut Renderer, request: &FrameRequest, side: usize) -> Vec
     vectors(frame.aov.as_ref().expect("asked for"), "radiance")
 }
 
-/// Mean of the relative difference from what many rays see, over the picture.
-fn error(refraction: Refraction) -> f64 {
+/// Mean of the relative difference from what many rays see, over the picture, of so many samples of each pixel.
+fn error(refraction: Refraction, samples: u32) -> f64 {
     let mut shot = Shot::for_model(&asset("bumpy.glb"));
     shot.glass.bodies = GlassBodies::All;
     shot.glass.ior = Some(1.5);
@@ -27,7 +27,7 @@ fn error(refraction: Refraction) -> f64 {
     let view = stage.request(0.0, &murano_render::Settings::default()).view;
     let request = still(view, [0; 2], refraction);
     let mut renderer = Renderer::new(gpu(), world).expect("a body");
-    let one = radiance(&mut renderer, &request, SIDE);
+    let one = radiance(&mut renderer, &FrameRequest { samples, ..request.clone() }, SIDE);
     let many = radiance(&mut renderer, &request, RAYS * SIDE);
     let mut sum = 0.0;
     for (pixel, one) in one.iter().enumerate() {
@@ -49,8 +49,17 @@ fn one_ray_sees_about_what_many_see() {
     for (what, refraction, most) in
         [("two interfaces", two, 0.0163), ("all interfaces", all, 0.027), ("with two branches", branches, 0.0341)]
     {
-        let found = error(refraction);
+        let found = error(refraction, 1);
         eprintln!("{what}: {found:.4}");
         assert!(found < most, "{what}: {found}, at most {most}");
     }
+}
+
+/// Samples go where those rays go, and each stands for its part of the pixel alone.
+#[test]
+fn samples_come_to_what_many_see() {
+    let two = Refraction { method: Method::Layers, ..Refraction::default() };
+    let [one, few, many, most] = [1, 4, 16, 64].map(|samples| error(two, samples));
+    eprintln!("1, 4, 16, 64 samples: {one:.4}, {few:.4}, {many:.4}, {most:.4}");
+    assert!(few < 0.95 * one && many < 0.6 * few && most < 0.4 * many, "{one}, {few}, {many}, {most}");
 }

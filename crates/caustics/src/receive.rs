@@ -17,6 +17,7 @@ struct Params {
     mip_starts: [UVec4; 2],
     level_texels: u32,
     cell: u32,
+    sample_width: f32,
 }
 
 #[derive(ShaderType)]
@@ -34,7 +35,7 @@ struct Pane {
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
 /// the share of direct light that passes the caster (w); without a caustic map the share of direct light, RGB, that passes the
 /// caster or comes straight through it: Fresnel's law at both interfaces, and absorption between them. Glass has a pass `shade:instance` for
-/// its shadow.
+/// its shadow. `sample_width` is the side of what a ray samples of its pixel, pixels.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -43,6 +44,7 @@ pub fn receive(
     plan: &mut Plan<Work>,
     cast: &Cast<'_>,
     eye: &Viewpoint,
+    sample_width: f32,
     surfaces: Output,
     caustic_map: Option<&CausticMap>,
 ) -> Result<Output, GpuError> {
@@ -73,6 +75,7 @@ pub fn receive(
         mip_starts: [0, 4].map(|first| UVec4::from_slice(&starts[first..first + 4])),
         level_texels: level_texels(map_size) as u32,
         cell,
+        sample_width,
     };
     let mut pass = ComputePass::new("receive", cast.instance)
         .value("params", &params)
@@ -200,6 +203,7 @@ mod tests {
                 mip_starts: [UVec4::new(1, 2, 3, 4), UVec4::new(5, 6, 7, 8)],
                 level_texels: 9,
                 cell: 10,
+                sample_width: 0.5,
             }
         )
         .unwrap();

@@ -7,7 +7,8 @@ use clap::Args;
 use murano_caustics::Caustics;
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
 use murano_refraction::{
-    BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
+    BackSurface, Interfaces, MOST_BRANCHES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
+    TirPolicy,
 };
 use murano_render::{Settings, Skipping, open_shot};
 use murano_scene::{ClipChoice, EnvironmentChoice, FloorLevel, GlassBodies, LoopMode, Shot, ShotLight, Skinning};
@@ -97,6 +98,10 @@ pub struct ShotOptions {
     /// Picture size in pixels [default: 512x512]
     #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
     size: Option<[u32; 2]>,
+    /// Rays through each pixel, whose mean the picture shows: what one ray cannot sample, edges above all, comes right with more, and
+    /// each costs as much as the first but for bodies, light and caustics, which are there [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024), help_heading = "Picture")]
+    samples: Option<u32>,
     /// Camera: eye=X,Y,Z target=X,Y,Z fov=DEG (vertical), each of them optional; or the model's own: model[=NAME]
     #[arg(long, value_name = "WORD", num_args = 1..=3, help_heading = "Picture")]
     camera: Vec<CameraWord>,
@@ -158,6 +163,12 @@ pub struct ShotOptions {
         help_heading = "Glass"
     )]
     branches: Option<u32>,
+    /// Interfaces that such a path meets at most; light that is still inside then counts as if it left [default: 8]
+    #[arg(
+        long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=i64::from(MOST_INTERFACES)),
+        help_heading = "Glass"
+    )]
+    most_interfaces: Option<u32>,
     /// The first interface does not reflect, and only transmitted paths are followed
     #[arg(long, help_heading = "Glass")]
     no_reflection: bool,
@@ -224,6 +235,7 @@ impl ShotOptions {
         }
         shot.floor.level = self.floor.unwrap_or(shot.floor.level);
         shot.output.size = self.size.unwrap_or(shot.output.size);
+        shot.output.samples = self.samples.unwrap_or(shot.output.samples);
         self.change_camera(&mut shot);
         self.change_light(&mut shot);
         Ok(shot)
@@ -290,6 +302,7 @@ impl ShotOptions {
             interfaces: self.interfaces.unwrap_or(default.refraction.interfaces),
             reflection: !self.no_reflection,
             branches: self.branches.unwrap_or(default.refraction.branches),
+            most_interfaces: self.most_interfaces.unwrap_or(default.refraction.most_interfaces),
             normal_distance: self.isr_distance.unwrap_or(default.refraction.normal_distance),
             back_surface: self.isr_back.unwrap_or(default.refraction.back_surface),
             uncorrected: self.uncorrected,

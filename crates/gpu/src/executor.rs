@@ -17,6 +17,8 @@ use crate::{
 pub struct StepTime {
     /// Pass name.
     pub name: &'static str,
+    /// Round of the pass.
+    pub round: u32,
     /// Pass instance.
     pub instance: u32,
     /// Milliseconds; `None` where the adapter has no timestamps.
@@ -29,7 +31,7 @@ pub struct Executed {
     pub schedule: Schedule,
     /// Times of the passes that ran (verified ones too).
     pub times: Vec<StepTime>,
-    /// Bytes of each target, in the order asked for.
+    /// Bytes of each target that was read back, in the order asked for.
     pub targets: Vec<Vec<u8>>,
 }
 
@@ -63,6 +65,36 @@ impl Gpu {
         history: &mut History,
         skipping: Skipping,
     ) -> Result<Executed, GpuError> {
+        self.compute(plan, targets, targets, history, skipping)
+    }
+
+    /// As [`Gpu::execute`], but leaves the targets on the device: for what later calls go on with.
+    ///
+    /// # Errors
+    /// As [`Gpu::execute`].
+    pub fn prepare(
+        &self,
+        plan: &Plan<Work>,
+        targets: &[Output],
+        history: &mut History,
+        skipping: Skipping,
+    ) -> Result<Executed, GpuError> {
+        self.compute(plan, targets, &[], history, skipping)
+    }
+
+    /// Whether an output is on the device, computed.
+    pub fn holds(&self, output: Output) -> bool {
+        self.store().contains(output.stamp())
+    }
+
+    fn compute(
+        &self,
+        plan: &Plan<Work>,
+        targets: &[Output],
+        read_back: &[Output],
+        history: &mut History,
+        skipping: Skipping,
+    ) -> Result<Executed, GpuError> {
         // While a plan is recorded, the store holds outputs that nothing has computed yet, and buffers that it gives away
         // again may still be meant by a recording: another plan must see neither.
         let Ok(_executing) = self.executing.lock() else {
@@ -78,7 +110,7 @@ impl Gpu {
                 self.store().insert(leaf.stamp, resource);
             }
         }
-        let result = self.run(plan, &schedule, targets);
+        let result = self.run(plan, &schedule, read_back);
         if result.is_err() {
             // Nothing says that what was recorded was also computed: later frames must not find it.
             let mut store = self.store();
@@ -167,6 +199,7 @@ impl Gpu {
             .enumerate()
             .map(|(index, (_, step))| StepTime {
                 name: step.name,
+                round: step.round,
                 instance: step.instance,
                 gpu_ms: ticks.as_ref().map(|ticks| {
                     let at = |i: usize| bytemuck::pod_read_unaligned::<u64>(&ticks[8 * i..8 * i + 8]);

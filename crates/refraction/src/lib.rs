@@ -13,8 +13,8 @@ mod viewpoint;
 pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, interface_map, rasterise};
 pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, Spectrum, refract, traced, with_maps};
 pub use settings::{
-    BackSurface, Interfaces, MOST_BRANCHES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
-    UnknownName,
+    BackSurface, Interfaces, MOST_BRANCHES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
+    TirPolicy, UnknownName,
 };
 pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
 pub use tree::{RefittedTree, TriangleTree, thickness};

@@ -9,8 +9,8 @@ use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    FrameViewpoint, InterfaceMap, LISTED_TILES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction, TirPolicy,
-    over_listed_tiles, texels, tile_threads,
+    FrameViewpoint, InterfaceMap, LISTED_TILES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
+    TirPolicy, over_listed_tiles, texels, tile_threads,
 };
 
 /// The optical constants of a body.
@@ -74,6 +74,7 @@ struct Params {
     object: u32,
     branches: u32,
     roughness: f32,
+    sample_width: f32,
 }
 
 /// Wavelengths and what each adds to the picture (`refraction::spectrum::Spectrum`).
@@ -225,12 +226,11 @@ pub struct RefractRequest<'a> {
     pub surface: Option<Output>,
     /// Whether any part of the body is rough.
     pub rough: bool,
+    /// Side of what a ray samples of its pixel, pixels: 1 where it is the pixel's only one.
+    pub sample_width: f32,
     /// Whether to write the paths.
     pub aov: bool,
 }
-
-/// Of the eye's paths that are followed on: the first, up to six that reflect, and the one that they leave through.
-const MOST_INTERFACES: u32 = 8;
 
 /// `vec4f` rows a pixel of the paths output.
 pub const PATH_ROWS: usize = 6;
@@ -276,6 +276,7 @@ pub fn refract(
         object: request.object,
         branches: request.refraction.branches_followed(),
         roughness: request.glass.roughness,
+        sample_width: request.sample_width,
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
@@ -286,7 +287,8 @@ pub fn refract(
         .input("environment", environment)
         .output("colour", 16 * count)
         .output("cover", 4 * count);
-    let mut pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, MOST_INTERFACES);
+    let most_interfaces = request.refraction.most_interfaces.clamp(2, MOST_INTERFACES);
+    let mut pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, most_interfaces);
     if let Some(surface) = request.surface {
         pass = pass.input("glass_surface", surface);
     }
@@ -307,6 +309,7 @@ pub fn refract(
     if request.refraction.follows() {
         let chaos = gpu.shader(&ShaderSpec::new("refraction::chaos"))?;
         pass = pass
+            .value("sample_width", &request.sample_width)
             .scratch("exits", 16 * count)
             .scratch("transmitted", 16 * count)
             .dispatch(&chaos, "find_chaos", LISTED_TILES)
@@ -360,6 +363,7 @@ mod tests {
                     object: 9,
                     branches: 10,
                     roughness: 11.0,
+                    sample_width: 12.0,
                 }
             )
             .unwrap();

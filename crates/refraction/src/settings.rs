@@ -98,7 +98,7 @@ impl TirPolicy {
 pub enum Interfaces {
     /// The first two; where it is totally reflected at the second, [`TirPolicy`] says what becomes of it.
     Two,
-    /// All ahead of it, 8 at most: total reflection is followed, and so is light that enters the body again. Only
+    /// All ahead of it, as many as [`Refraction::most_interfaces`] says: total reflection is followed, and so is light that enters the body again. Only
     /// [`Method::follows_all`] methods can; the others follow total reflection alone.
     All,
 }
@@ -222,6 +222,9 @@ pub struct Refraction {
     /// interfaces reflected or transmitted it. Without `reflection` the first alone. Of several that a photon follows the last carries
     /// all light that is left, and goes one way at each interface, by chance.
     pub branches: u32,
+    /// Interfaces that each of these paths meets, 2 to [`MOST_INTERFACES`]: light that is still inside then is taken to leave the way it
+    /// goes. Photons go on for longer, whatever this says.
+    pub most_interfaces: u32,
     /// Of `isr`.
     pub normal_distance: NormalDistance,
     /// Of `isr`.
@@ -235,6 +238,9 @@ pub struct Refraction {
 
 /// The most paths through the glass that a pixel follows.
 pub const MOST_BRANCHES: u32 = 4;
+
+/// The most interfaces that the eye's paths meet.
+pub const MOST_INTERFACES: u32 = 64;
 
 /// The most wavelengths that the eye follows.
 pub const MOST_WAVELENGTHS: u32 = 16;
@@ -309,6 +315,7 @@ impl Default for Refraction {
             normal_distance: NormalDistance::Baked,
             back_surface: BackSurface::Farthest,
             uncorrected: false,
+            most_interfaces: 8,
             wavelengths: 8,
         }
     }

@@ -93,6 +93,14 @@ impl FrameViewpoint {
 }
 
 impl Viewpoint {
+    /// The same, but with rays through another point of each texel than its middle, 0 to 1 along each side from its upper left corner.
+    #[must_use]
+    pub fn through(self, point: DVec2) -> Self {
+        let [width, height] = self.size.map(f64::from);
+        let texel = 2.0 * self.half_extent / DVec2::new(width, -height);
+        Self { center: self.center + texel * (point - 0.5), ..self }
+    }
+
     /// In a frame with this origin.
     pub fn in_frame(self, origin: DVec3) -> FrameViewpoint {
         FrameViewpoint { viewpoint: self, origin, drawn_in: None }

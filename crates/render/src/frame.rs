@@ -36,7 +36,9 @@ pub(crate) struct Planned {
     pub(crate) origin: DVec3,
     /// Packed sRGB.
     pub(crate) picture: Output,
-    /// Linear radiance and depth.
+    /// Sums over more and more samples of each pixel, all but the last.
+    pub(crate) sums: Vec<Output>,
+    /// Linear radiance, the mean over the samples, and depth.
     pub(crate) colour: Output,
     /// Paths of each body drawn.
     pub(crate) paths: Vec<Output>,
@@ -60,6 +62,13 @@ struct OpaqueParams {
     render_from_view: Mat4,
     ambient: [Vec4; 9],
     fade_centre: Vec3,
+    sample_width: f32,
+}
+
+#[derive(ShaderType)]
+struct AccumulateParams {
+    pixels: u32,
+    scale: f32,
 }
 
 #[derive(ShaderType)]
@@ -87,28 +96,51 @@ pub(crate) fn plan(
     let reach = (4.0 * glass_bounds.union(opaque_bounds).diameter()).max(1e-12).log2().ceil().exp2();
     let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
 
-    let mut frame = FramePlan { stock, request, origin, eye, reach, environment, accounts: Vec::new() };
+    let mut frame =
+        FramePlan { stock, request, origin, eye, reach, environment, aov: request.aov, accounts: Vec::new() };
     let opaque =
         stock.sorted.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.sorted.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
-    let seen = frame.opaque(&mut plan, &opaque)?;
     let mirrors = frame.deform_mirrors(&mut plan, pose)?;
-    let (mut layered, light_layers) =
-        frame.light(&mut plan, (&opaque, &opaque_bounds), (&bodies, &glass_bounds), &mirrors, &seen)?;
-    let mut paths = Vec::new();
-    // Each body is in the picture that the next, nearer one looks at.
-    let mut drawn = opaque_bounds;
-    for body in back_to_front(&bodies, &eye) {
-        layered = frame.refract(&mut plan, body, layered, &drawn, &mut paths)?;
-        drawn = drawn.union(body.bounds);
-    }
-    let picture = frame.composite(&mut plan, layered)?;
-    let shown = bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
+    let scene = PosedScene { opaque, opaque_bounds, bodies, glass_bounds, mirrors };
+    let (layered, paths, light_layers) = frame.sample(&mut plan, &scene)?;
+    let shown = scene.bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
     let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
     let deformed: Vec<_> = std::iter::once((0, opaque)).chain(shown).collect();
     let motions = before.map(|before| frame.motion(&mut plan, before, &deformed, origin)).transpose()?;
-    let (accounts, motions) = (frame.accounts, motions.unwrap_or_default());
-    Ok(Planned { plan, origin, picture, colour: layered.colour, paths, light_layers, accounts, motions })
+    let accounts = std::mem::take(&mut frame.accounts);
+
+    let mut sums = vec![layered.colour];
+    // What more samples of a pixel have to tell is its colour.
+    frame.aov = false;
+    for sample in 1..request.samples {
+        plan.next_round();
+        frame.eye = eye.through(within_pixel(sample));
+        let (layered, ..) = frame.sample(&mut plan, &scene)?;
+        sums.push(frame.accumulate(&mut plan, sample, sums[sums.len() - 1], layered.colour)?);
+    }
+    let colour = sums[sums.len() - 1];
+    sums.pop();
+    let picture = frame.composite(&mut plan, Layered { colour, ..layered })?;
+    let motions = motions.unwrap_or_default();
+    Ok(Planned { plan, origin, picture, sums, colour, paths, light_layers, accounts, motions })
+}
+
+/// Where in a pixel a sample lies, 0 to 1 along each axis, the first in the middle: the R2 sequence (Roberts 2018), any beginning of
+/// which covers the square evenly.
+fn within_pixel(sample: u32) -> DVec2 {
+    // One over the root of x^3 = x + 1, and its square.
+    const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
+    (DVec2::splat(0.5) + f64::from(sample) * STEP).fract()
+}
+
+/// What is in the scene at a moment, whoever looks at it.
+struct PosedScene {
+    opaque: DeformedGeometry,
+    opaque_bounds: Bounds,
+    bodies: Vec<PosedBody>,
+    glass_bounds: Bounds,
+    mirrors: Vec<PosedMirror>,
 }
 
 /// Added to the instance of passes over a body at rest.
@@ -184,10 +216,61 @@ pub(crate) struct FramePlan<'a> {
     /// How far photons are followed, metres.
     pub(crate) reach: f64,
     environment: Output,
+    /// Whether the layers beside the picture are wanted of this sample.
+    pub(crate) aov: bool,
     pub(crate) accounts: Vec<CausticMap>,
 }
 
 impl FramePlan<'_> {
+    /// What the eye sees through one point of each pixel, with the paths of each body and the layers of each lamp.
+    fn sample(
+        &mut self,
+        plan: &mut Plan<Work>,
+        scene: &PosedScene,
+    ) -> Result<(Layered, Vec<Output>, Vec<Output>), GpuError> {
+        let PosedScene { opaque, opaque_bounds, bodies, glass_bounds, mirrors } = scene;
+        let seen = self.opaque(plan, opaque)?;
+        let (mut layered, light_layers) =
+            self.light(plan, (opaque, opaque_bounds), (bodies, glass_bounds), mirrors, &seen)?;
+        let mut paths = Vec::new();
+        // Each body is in the picture that the next, nearer one looks at.
+        let mut drawn = *opaque_bounds;
+        for body in back_to_front(bodies, &self.eye) {
+            layered = self.refract(plan, body, layered, &drawn, &mut paths)?;
+            drawn = drawn.union(body.bounds);
+        }
+        Ok((layered, paths, light_layers))
+    }
+
+    /// Side of what a sample stands for, pixels.
+    pub(crate) fn sample_width(&self) -> f32 {
+        1.0 / (self.request.samples as f32).sqrt()
+    }
+
+    /// Adds a sample to the sum of those before it; behind the last one it is their mean.
+    fn accumulate(
+        &self,
+        plan: &mut Plan<Work>,
+        sample: u32,
+        before: Output,
+        colour: Output,
+    ) -> Result<Output, GpuError> {
+        let shader = self.stock.gpu.shader(&ShaderSpec::new("render::accumulate"))?;
+        let pixels = texels(self.request.size);
+        let is_last = sample + 1 == self.request.samples;
+        let params = AccumulateParams {
+            // More pixels than that fit no device.
+            pixels: u32::try_from(pixels).unwrap_or(u32::MAX),
+            scale: if is_last { 1.0 / self.request.samples as f32 } else { 1.0 },
+        };
+        let pass = ComputePass::new("accumulate", 0)
+            .value("params", &params)
+            .input("before", before)
+            .input("colour", colour)
+            .output("sum", 16 * pixels);
+        Ok(pass.dispatch(&shader, "main", Groups::linear(params.pixels as usize, 64)).add_to(plan)?[0])
+    }
+
     /// Deforms every body that light can tell from air.
     fn deform_bodies(&self, plan: &mut Plan<Work>, pose: &Pose, posed: &[Bounds]) -> Result<Vec<PosedBody>, GpuError> {
         let mut bodies = Vec::new();
@@ -254,6 +337,7 @@ impl FramePlan<'_> {
             render_from_view: self.eye.view_from_render(self.origin).inverse().as_mat4(),
             ambient: self.stock.distant.ambient,
             fade_centre: (self.stock.fade_centre - self.origin).as_vec3(),
+            sample_width: self.sample_width(),
         };
         let pass = ComputePass::new("opaque", 0)
             .value("params", &params)
@@ -305,7 +389,9 @@ impl FramePlan<'_> {
         let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &eye, layers)?;
         let source = self.stock.looks.bodies[body.index as usize].surface.as_ref();
         let surface = source
-            .map(|source| self.glass_surface(plan, ("glass_surface", body.index), &eye, source, &map))
+            .map(|source| {
+                self.glass_surface(plan, ("glass_surface", body.index), (&eye, self.sample_width()), source, &map)
+            })
             .transpose()?
             .flatten();
         let farthest = matches!(layers, Layers::FarthestBack { .. });
@@ -326,19 +412,21 @@ impl FramePlan<'_> {
             inside_map,
             surface,
             rough: self.stock.looks.bodies[body.index as usize].rough,
-            aov: self.request.aov,
+            sample_width: self.sample_width(),
+            aov: self.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
         paths.extend(written);
         Ok(layered)
     }
 
-    /// A body's first interface as a viewpoint sees it, where that is not the same everywhere.
+    /// A body's first interface as a viewpoint sees it, where that is not the same everywhere, through rays that sample so wide a part
+    /// of their texel.
     pub(crate) fn glass_surface(
         &self,
         plan: &mut Plan<Work>,
         (name, instance): (&'static str, u32),
-        viewpoint: &FrameViewpoint,
+        (viewpoint, sample_width): (&FrameViewpoint, f32),
         source: &SurfaceSource,
         map: &InterfaceMap,
     ) -> Result<Option<Output>, GpuError> {
@@ -356,7 +444,7 @@ impl FramePlan<'_> {
             .input("front_triangles", front_triangles)
             .cleared_output("glass_surface", 32 * texels(size));
         if source.textured {
-            pass = pass.input("normals", map.geometry.normals);
+            pass = pass.input("normals", map.geometry.normals).value("sample_width", &sample_width);
         }
         if let Some(tangents) = tangents {
             pass = pass.input("tangents", tangents);
@@ -367,7 +455,7 @@ impl FramePlan<'_> {
         Ok(Some(pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0]))
     }
 
-    /// Filters silhouettes, maps tones, packs sRGB.
+    /// Maps tones, packs sRGB; filters silhouettes where one sample of each pixel is all there is.
     fn composite(&self, plan: &mut Plan<Work>, layered: Layered) -> Result<Output, GpuError> {
         let shader = self.stock.gpu.shader(&ShaderSpec::new("render::composite"))?;
         let params = CompositeParams {
@@ -385,12 +473,15 @@ impl FramePlan<'_> {
             .input("colour", layered.colour)
             .input("cover", layered.cover)
             .output("picture", 4 * texels(size));
-        let outputs = over_listed_tiles(pass, size)
-            .dispatch(&shader, "plain", Groups::tiles(size))
-            .dispatch(&shader, "list", tile_threads(size))
-            .dispatch(&shader, "silhouettes", LISTED_TILES)
-            .add_to(plan)?;
-        Ok(outputs[0])
+        let mut pass = pass.dispatch(&shader, "plain", Groups::tiles(size));
+        if self.request.samples == 1 {
+            pass = over_listed_tiles(pass, size).dispatch(&shader, "list", tile_threads(size)).dispatch(
+                &shader,
+                "silhouettes",
+                LISTED_TILES,
+            );
+        }
+        Ok(pass.add_to(plan)?[0])
     }
 }
 
@@ -411,9 +502,12 @@ mod tests {
                 render_from_view: matrix,
                 ambient: std::array::from_fn(|i| Vec4::splat(i as f32 + 1.0)),
                 fade_centre: Vec3::new(20.0, 21.0, 22.0),
+                sample_width: 23.0,
             }
         )
         .unwrap();
+        let accumulate = Shader::link(&ShaderSpec::new("render::accumulate")).unwrap();
+        check_uniform_layout!(accumulate, "Params", AccumulateParams { pixels: 1, scale: 2.0 }).unwrap();
         let composite = Shader::link(&ShaderSpec::new("render::composite")).unwrap();
         let size = UVec2::new(1, 2);
         check_uniform_layout!(composite, "Params", CompositeParams { size: size, exposure: 3.0, curve: 4 }).unwrap();

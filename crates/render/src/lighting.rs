@@ -153,7 +153,7 @@ impl FramePlan<'_> {
         let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, layers)?;
         let surface = thrower
             .surface
-            .map(|source| self.glass_surface(plan, ("lit_surface", *pair), &viewpoint, source, &map))
+            .map(|source| self.glass_surface(plan, ("lit_surface", *pair), (&viewpoint, 1.0), source, &map))
             .transpose()?
             .flatten();
         let cast = Cast {
@@ -173,7 +173,7 @@ impl FramePlan<'_> {
             self.accounts.push(deposited);
             caustic_map = Some(deposited);
         }
-        Ok(Some(receive(gpu, plan, &cast, &self.eye, surfaces, caustic_map.as_ref())?))
+        Ok(Some(receive(gpu, plan, &cast, &self.eye, self.sample_width(), surfaces, caustic_map.as_ref())?))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -189,7 +189,7 @@ impl FramePlan<'_> {
         let spec = ShaderSpec::new("render::illuminate")
             .feature("casters", received.is_some())
             .feature("caustic", self.request.caustics.is_some())
-            .feature("aov", self.request.aov);
+            .feature("aov", self.aov);
         let spec = RECEIVERS.iter().zip(sides).skip(1).fold(spec, |spec, (name, _)| spec.feature(name, true));
         let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
@@ -211,7 +211,7 @@ impl FramePlan<'_> {
         if let Some(received) = received {
             pass = pass.input("received", received);
         }
-        if self.request.aov {
+        if self.aov {
             pass = pass.cleared_output("light_layers", 16 * LIGHT_ROWS as u64 * count);
         }
         let outputs = pass.dispatch(&shader, "main", Groups::tiles(self.eye.size)).add_to(plan)?;

@@ -1,5 +1,7 @@
 //! The renderer: a world made ready for a device, and the frames it is asked for.
 
+use std::collections::{HashMap, hash_map::Entry};
+
 use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, Layer, Properties, Rig};
 use murano_caustics::level_texels;
@@ -33,6 +35,8 @@ pub enum RenderError {
 
 /// Steps beyond which no search gains anything in f32.
 const MOST_STEPS: u32 = 64;
+/// Rays through a pixel.
+const MOST_SAMPLES: u32 = 1024;
 /// Photons, and texels of a map, along a side.
 const MOST_PHOTONS: u32 = 8192;
 
@@ -149,13 +153,22 @@ impl Renderer {
             targets.extend(&planned.light_layers);
             targets.extend(&planned.motions);
         }
+        let mut runs = Vec::new();
+        // Sample by sample: what one leaves behind may go where the next needs its place.
+        if request.skipping == Skipping::On && !self.gpu.holds(planned.picture) {
+            for sum in &planned.sums {
+                runs.push(self.gpu.prepare(&planned.plan, &[*sum], &mut self.history, request.skipping)?);
+            }
+        }
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, request.skipping)?;
-        let passes = reports(&executed);
+        runs.push(executed);
+        let passes = reports(&runs);
+        let executed = &runs[runs.len() - 1];
         let pixels = request.size[0] as usize * request.size[1] as usize;
         Ok(Frame {
             size: request.size,
             rgba: executed.targets[0][..4 * pixels].to_vec(),
-            aov: request.aov.then(|| gather(&planned, &executed, pixels)),
+            aov: request.aov.then(|| gather(&planned, executed, pixels)),
             gpu_ms: passes.iter().filter_map(|pass| pass.gpu_ms).sum(),
             passes,
             cache_bytes: self.gpu.cache_bytes(),
@@ -307,6 +320,9 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
     if !request.exposure.is_finite() || request.lights.iter().any(unsound_light) {
         return wrong("exposure, and every light's place, colour and intensity must be finite".into());
     }
+    if request.samples == 0 || request.samples > MOST_SAMPLES {
+        return wrong(format!("{} samples of a pixel; 1 to {MOST_SAMPLES} make sense", request.samples));
+    }
     if request.refraction.steps > MOST_STEPS {
         return wrong(format!("{} search steps; at most {MOST_STEPS} make sense", request.refraction.steps));
     }
@@ -318,19 +334,28 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
     Ok(())
 }
 
-fn reports(executed: &Executed) -> Vec<PassReport> {
-    let time = |name: &str, instance: u32| {
-        executed.times.iter().find(|step| step.name == name && step.instance == instance)?.gpu_ms
-    };
-    executed
-        .schedule
-        .steps
-        .iter()
-        .map(|step| PassReport {
-            name: format!("{}:{}", step.name, step.instance),
-            decision: step.decision.name(),
-            reason: step.decision.reason(),
-            gpu_ms: time(step.name, step.instance),
-        })
-        .collect()
+/// What became of each pass over all samples: it ran if it did for any of them, and its time is the sum.
+fn reports(runs: &[Executed]) -> Vec<PassReport> {
+    let mut reports: Vec<PassReport> = Vec::new();
+    let mut places: HashMap<(&str, u32), usize> = HashMap::new();
+    for executed in runs {
+        let times: HashMap<_, _> =
+            executed.times.iter().map(|time| ((time.name, time.round, time.instance), time.gpu_ms)).collect();
+        for step in &executed.schedule.steps {
+            let report = PassReport {
+                name: format!("{}:{}", step.name, step.instance),
+                decision: step.decision.name(),
+                reason: step.decision.reason(),
+                gpu_ms: times.get(&(step.name, step.round, step.instance)).copied().flatten(),
+            };
+            match places.entry((step.name, step.instance)) {
+                Entry::Vacant(place) => {
+                    place.insert(reports.len());
+                    reports.push(report);
+                }
+                Entry::Occupied(place) => reports[*place.get()].join(report),
+            }
+        }
+    }
+    reports
 }

@@ -89,6 +89,8 @@ pub struct FrameRequest {
     pub refraction: Refraction,
     /// Caustics settings; `None` for none.
     pub caustics: Option<Caustics>,
+    /// Rays through each pixel, at least 1: the first through its middle, further ones spread over it, and the picture their mean.
+    pub samples: u32,
     /// Exposure factor applied before the tone map.
     pub exposure: f32,
     /// Display transform.
@@ -119,6 +121,18 @@ pub struct PassReport {
     pub reason: String,
     /// GPU time in milliseconds; `None` where it did not run or the adapter has no timestamps.
     pub gpu_ms: Option<f64>,
+}
+
+impl PassReport {
+    /// Takes on what became of the same pass for another sample.
+    pub(crate) fn join(&mut self, other: Self) {
+        let rank = |decision: &str| ["culled", "reused", "ran"].iter().position(|name| *name == decision);
+        let gpu_ms = self.gpu_ms.map_or(other.gpu_ms, |own| Some(own + other.gpu_ms.unwrap_or(0.0)));
+        if rank(other.decision) > rank(self.decision) {
+            *self = other;
+        }
+        self.gpu_ms = gpu_ms;
+    }
 }
 
 /// A finished frame.

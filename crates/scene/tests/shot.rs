@@ -106,7 +106,7 @@ fn every_field_survives_writing_and_reading() {
         },
         environment: EnvironmentChoice::File("studio.hdr".into()),
         floor: ShotFloor { level: FloorLevel::At(0.125), albedo: [0.5, 0.4, 0.3] },
-        output: ShotOutput { size: [640, 360], fps: 30.0, frames: Some(48) },
+        output: ShotOutput { size: [640, 360], fps: 30.0, frames: Some(48), samples: 4 },
         exposure: 1.5,
         tone_map: ToneMapChoice::Agx,
     };
@@ -134,6 +134,7 @@ fn errors_name_the_line_or_the_field() {
         ("glass: (attenuation_distance: 0)", "glass.attenuation_distance"),
         ("floor: (albedo: (1, 1, 2))", "floor.albedo"),
         ("output: (size: (0, 512))", "output.size"),
+        ("output: (samples: 0)", "output.samples"),
         ("output: (fps: 0)", "output.fps"),
         ("output: (frames: 0)", "output.frames"),
         ("exposure: inf", "exposure"),

@@ -61,7 +61,8 @@ impl Field {
 /// differs. Kept by the caller from frame to frame; grows with the number of different passes only.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    records: HashMap<(&'static str, u32), Arc<[Field]>>,
+    /// By name, round and instance.
+    records: HashMap<(&'static str, u32, u32), Arc<[Field]>>,
 }
 
 impl History {
@@ -71,8 +72,8 @@ impl History {
     }
 
     /// Takes note of a pass and tells why it would have to run if it does.
-    pub(crate) fn record(&mut self, name: &'static str, instance: u32, fields: &Arc<[Field]>) -> Reason {
-        match self.records.insert((name, instance), Arc::clone(fields)) {
+    pub(crate) fn record(&mut self, pass: (&'static str, u32, u32), fields: &Arc<[Field]>) -> Reason {
+        match self.records.insert(pass, Arc::clone(fields)) {
             None => Reason::FirstRun,
             Some(last) => first_difference(&last, fields).map_or(Reason::Evicted, Reason::Changed),
         }

@@ -72,7 +72,7 @@ impl Output {
 /// A frame that cannot be planned.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
-    /// Two passes share name and instance.
+    /// Two passes of a round share name and instance.
     #[error("pass `{name}:{instance}` is declared twice in one plan; give each declaration its own instance number")]
     Duplicate {
         /// Name of the pass.
@@ -103,6 +103,7 @@ pub enum PlanError {
 /// A declared pass with what follows from its declaration.
 pub(crate) struct PassNode<W> {
     pub(crate) pass: Pass<W>,
+    pub(crate) round: u32,
     /// Everything the key is made of, for telling what changed.
     pub(crate) fields: Arc<[Field]>,
     /// Stamps of the output slots.
@@ -112,6 +113,7 @@ pub(crate) struct PassNode<W> {
 /// A pass that the caller left out knowingly.
 pub(crate) struct Cull {
     pub(crate) name: &'static str,
+    pub(crate) round: u32,
     pub(crate) instance: u32,
     pub(crate) reason: &'static str,
     /// Number of passes declared before it.
@@ -127,7 +129,9 @@ pub struct Plan<W> {
     pub(crate) leaf_stamps: Vec<Stamp>,
     pub(crate) passes: Vec<PassNode<W>>,
     pub(crate) culls: Vec<Cull>,
-    declared: HashSet<(&'static str, u32)>,
+    /// Names, rounds and instances.
+    declared: HashSet<(&'static str, u32, u32)>,
+    round: u32,
     /// The pass of each key.
     keys: HashMap<Stamp, PassIndex>,
 }
@@ -147,8 +151,15 @@ impl<W> Plan<W> {
             passes: Vec::new(),
             culls: Vec::new(),
             declared: HashSet::new(),
+            round: 0,
             keys: HashMap::new(),
         }
+    }
+
+    /// From here on the same passes may be declared over again, such as for another sample of each pixel: what is the same as in a
+    /// round before is that pass, and the others are told apart by their round.
+    pub fn next_round(&mut self) {
+        self.round += 1;
     }
 
     /// Declares data by value. Leaves of equal name and content are one thing to the executor.
@@ -173,7 +184,11 @@ impl<W> Plan<W> {
         let fields = Field::all_of(&pass);
         let key = Field::key(pass.name, pass.subject, &fields);
         let declared = self.keys.get(&key).copied();
-        if let Some(same) = declared.filter(|same| self.passes[same.0].pass.instance != pass.instance) {
+        let is_another = |same: &PassIndex| {
+            let node = &self.passes[same.0];
+            (node.round, node.pass.instance) != (self.round, pass.instance)
+        };
+        if let Some(same) = declared.filter(is_another) {
             return Ok(self.outputs_of(same));
         }
         self.declare(pass.name, pass.instance)?;
@@ -182,7 +197,7 @@ impl<W> Plan<W> {
         let stamps: Arc<[Stamp]> = (0..pass.outputs.len())
             .map(|slot| StampBuilder::new("slot").stamp(key).number(slot as u64).finish())
             .collect();
-        self.passes.push(PassNode { pass, fields, stamps });
+        self.passes.push(PassNode { pass, round: self.round, fields, stamps });
         self.keys.insert(key, index);
         Ok(self.outputs_of(index))
     }
@@ -198,7 +213,7 @@ impl<W> Plan<W> {
     /// [`PlanError::Duplicate`] if name and instance are taken.
     pub fn cull(&mut self, name: &'static str, instance: u32, reason: &'static str) -> Result<(), PlanError> {
         self.declare(name, instance)?;
-        self.culls.push(Cull { name, instance, reason, position: self.passes.len() });
+        self.culls.push(Cull { name, round: self.round, instance, reason, position: self.passes.len() });
         Ok(())
     }
 
@@ -236,6 +251,7 @@ impl<W> Plan<W> {
     }
 
     fn declare(&mut self, name: &'static str, instance: u32) -> Result<(), PlanError> {
-        if self.declared.insert((name, instance)) { Ok(()) } else { Err(PlanError::Duplicate { name, instance }) }
+        let new = self.declared.insert((name, self.round, instance));
+        if new { Ok(()) } else { Err(PlanError::Duplicate { name, instance }) }
     }
 }

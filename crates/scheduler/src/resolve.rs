@@ -126,6 +126,7 @@ impl<W> Plan<W> {
             let decision = decide(node, demand, index, history, skipping);
             steps.push(Step {
                 name: node.pass.name,
+                round: node.round,
                 instance: node.pass.instance,
                 pass: Some(PassIndex(index)),
                 decision,
@@ -142,7 +143,7 @@ fn decide<W>(node: &PassNode<W>, demand: &Demand, index: usize, history: &mut Hi
     if !demand.reached[index] {
         return Decision::Culled(NOT_NEEDED);
     }
-    let reason = history.record(node.pass.name, node.pass.instance, &node.fields);
+    let reason = history.record((node.pass.name, node.round, node.pass.instance), &node.fields);
     if demand.missing[index] {
         Decision::Ran(reason)
     } else if skipping == Skipping::Off {
@@ -155,6 +156,7 @@ fn decide<W>(node: &PassNode<W>, demand: &Demand, index: usize, history: &mut Hi
 fn culled(cull: &Cull) -> Step {
     Step {
         name: cull.name,
+        round: cull.round,
         instance: cull.instance,
         pass: None,
         decision: Decision::Culled(cull.reason),

@@ -74,6 +74,8 @@ impl fmt::Display for Decision {
 pub struct Step {
     /// Name of the pass.
     pub name: &'static str,
+    /// Round in which it was declared, from 0 ([`Plan::next_round`](crate::Plan::next_round)).
+    pub round: u32,
     /// Instance of the pass.
     pub instance: u32,
     /// The pass in its plan; `None` where the caller declared it culled and there is no work.
@@ -87,6 +89,12 @@ pub struct Step {
 }
 
 impl Step {
+    /// Name and instance, and behind a dot the round, but for the first.
+    fn label(&self) -> String {
+        let round = if self.round == 0 { String::new() } else { format!(".{}", self.round) };
+        format!("{}:{}{round}", self.name, self.instance)
+    }
+
     /// Whether its work is executed, be it to be used or to be compared.
     pub fn executes(&self) -> bool {
         self.verify || matches!(self.decision, Decision::Ran(_))
@@ -119,16 +127,19 @@ impl Schedule {
         self.steps.iter().filter(|step| step.executes()).filter_map(|step| step.pass.map(|pass| (pass, step)))
     }
 
-    /// What became of a pass; `None` if the plan does not name it.
+    /// What became of a pass of the first round; `None` if the plan does not name it.
     pub fn decision(&self, name: &str, instance: u32) -> Option<Decision> {
-        self.steps.iter().find(|step| step.name == name && step.instance == instance).map(|step| step.decision)
+        self.steps
+            .iter()
+            .find(|step| (step.name, step.round, step.instance) == (name, 0, instance))
+            .map(|step| step.decision)
     }
 }
 
 impl fmt::Display for Schedule {
     /// A table with a row a pass: name and instance, decision, reason.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let labels: Vec<String> = self.steps.iter().map(|step| format!("{}:{}", step.name, step.instance)).collect();
+        let labels: Vec<String> = self.steps.iter().map(Step::label).collect();
         let width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0);
         for (step, label) in self.steps.iter().zip(&labels) {
             let why = if step.verify { "executed again to compare".to_owned() } else { step.decision.reason() };

@@ -276,3 +276,22 @@ fn another_moment_finds_what_was_left() {
     assert_eq!(frame(2, 2), (1, 0, true));
     assert_eq!(frame(1, 2), (2, 0, false));
 }
+
+#[test]
+fn what_a_round_repeats_is_the_pass_before() {
+    let mut plan = Plan::new();
+    let sun = plan.add(pass("sun", vec![])).expect("new")[0];
+    let shot = plan.add(pass("shoot", vec![("sun", sun)])).expect("new")[0];
+    plan.next_round();
+    let same = plan.add(pass("sun", vec![])).expect("the same")[0];
+    assert_eq!(same, sun);
+    let other = Pass { params: vec![("lens", vec![1])], ..pass("shoot", vec![("sun", same)]) };
+    let other = plan.add(other).expect("another round")[0];
+    assert_ne!(other, shot);
+    let twice = Pass { params: vec![("lens", vec![2])], ..pass("shoot", vec![("sun", same)]) };
+    assert_eq!(plan.add(twice).map(|_| ()), Err(PlanError::Duplicate { name: "shoot", instance: 0 }));
+    let schedule = Session::default().resolve(&plan, &[shot, other], Skipping::On);
+    let steps: Vec<_> = schedule.executed().map(|(_, step)| (step.name, step.round)).collect();
+    assert_eq!(steps, [("sun", 0), ("shoot", 0), ("shoot", 1)]);
+    assert!(schedule.to_string().contains("shoot:0.1"), "{schedule}");
+}

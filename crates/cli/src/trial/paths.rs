@@ -93,15 +93,15 @@ impl Truth {
             world.bodies.iter().any(|body| (body.ior - 1.0).abs() > 1e-9),
             "glass of index 1 refracts nothing, so there is nothing to compare; give another --ior"
         );
-        let Refraction { tir, interfaces, .. } = subject.request.refraction;
+        let Refraction { tir, interfaces, most_interfaces, .. } = subject.request.refraction;
         let paths = two_interfaces(&world, &camera);
         ensure!(
             paths.iter().any(|path| path.status != Status::NoGlass),
             "the camera sees no glass from outside, so there is nothing to compare; change --camera"
         );
         let chains = match (interfaces, tir) {
-            (Interfaces::All, _) => all_interfaces(&world, &camera, MOST_INTERFACES),
-            (Interfaces::Two, TirPolicy::Trace) => until_out(&world, &camera, MOST_INTERFACES),
+            (Interfaces::All, _) => all_interfaces(&world, &camera, most_interfaces),
+            (Interfaces::Two, TirPolicy::Trace) => until_out(&world, &camera, most_interfaces),
             (Interfaces::Two, _) => Vec::new(),
         };
         let sample = |(pixel, path): (usize, &TwoInterfaces)| match chains.get(pixel) {
@@ -230,9 +230,6 @@ fn caustic_photons(subject: &Subject, world: &World) -> Result<PhotonMap> {
     }
     Ok(PhotonMap::new(landings, PHOTON_RADIUS * diameter(world)?))
 }
-
-/// Interfaces that a path is followed over where it is followed on.
-const MOST_INTERFACES: u32 = 8;
 
 /// Where the light leaves, or goes on to at the last bounce; `None` where it came to no end.
 fn direction_at_end(chain: &Chain) -> Option<DVec3> {

@@ -71,6 +71,7 @@ pub fn time_deformation(renderer: &mut Renderer, playing: Vec<Layer>, runs: usiz
         lights: Vec::new(),
         refraction: Refraction::default(),
         caustics: None,
+        samples: 1,
         exposure: 1.0,
         tone_map: ToneMap::Linear,
         aov: false,

@@ -295,6 +295,7 @@ impl Stage {
             playing,
             refraction: settings.refraction,
             caustics: settings.caustics,
+            samples: self.shot.output.samples,
             exposure: self.shot.exposure,
             tone_map: match self.shot.tone_map {
                 ToneMapChoice::Linear => ToneMap::Linear,

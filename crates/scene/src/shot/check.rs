@@ -6,6 +6,8 @@ use super::{FloorLevel, Shot};
 
 /// Largest picture side, pixels.
 const MAX_SIDE: u32 = 16384;
+/// The most rays through a pixel.
+const MAX_SAMPLES: u32 = 1024;
 
 impl Shot {
     /// The first field that is out of range, and what it must be.
@@ -42,6 +44,7 @@ impl Shot {
             ("output.size", self.output.size.iter().all(|side| (1..=MAX_SIDE).contains(side)), "must be 1 to 16384"),
             ("output.fps", positive(self.output.fps), "must be positive and finite"),
             ("output.frames", self.output.frames != Some(0), "must be at least 1"),
+            ("output.samples", (1..=MAX_SAMPLES).contains(&self.output.samples), "must be 1 to 1024"),
         ];
         match rules.iter().find(|(_, holds, _)| !holds) {
             Some(&(field, _, problem)) => Err((field.to_owned(), problem)),

@@ -118,10 +118,12 @@ pub struct ShotOutput {
     pub fps: f64,
     /// Number of frames; `None` is the clip once.
     pub frames: Option<u32>,
+    /// Rays through each pixel, whose mean the picture shows.
+    pub samples: u32,
 }
 
 impl Default for ShotOutput {
     fn default() -> Self {
-        Self { size: [512, 512], fps: 24.0, frames: None }
+        Self { size: [512, 512], fps: 24.0, frames: None, samples: 1 }
     }
 }

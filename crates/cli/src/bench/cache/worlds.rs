@@ -88,6 +88,7 @@ pub fn request(settings: &Settings, size: [u32; 2]) -> FrameRequest {
         lights: vec![lamp],
         refraction: settings.refraction,
         caustics: settings.caustics,
+        samples: 1,
         exposure: 1.0,
         tone_map: ToneMap::default(),
         aov: false,

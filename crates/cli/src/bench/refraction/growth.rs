@@ -127,6 +127,7 @@ impl Bench<'_> {
             lights: Vec::new(),
             refraction,
             caustics: None,
+            samples: 1,
             exposure: 1.0,
             tone_map: ToneMap::Linear,
             aov: false,

@@ -169,6 +169,7 @@ pub fn request(case: &Case, method: Method) -> FrameRequest {
         lights: Vec::new(),
         refraction: Refraction { method, ..Refraction::default() },
         caustics: None,
+        samples: 1,
         exposure: 1.0,
         tone_map: ToneMap::Neutral,
         aov: true,
