@@ -1,10 +1,11 @@
 //! One ray a pixel, filtered over the pixel's footprint, against many rays a pixel.
 
 use glam::DVec3;
-use murano_refraction::{Interfaces, Method, Refraction, TirPolicy};
-use murano_render::{FrameRequest, Renderer, Stage};
-use murano_scene::{FloorLevel, GlassBodies, Shot};
-use murano_tests::bench::{asset, gpu, still, vectors};
+use murano_optics::Ior;
+use murano_refraction::{Interfaces, MOST_INTERFACES, Method, Refraction, TirPolicy};
+use murano_render::{FrameRequest, Renderer, Stage, View};
+use murano_scene::{Environment, FloorLevel, GlassBodies, Shot};
+use murano_tests::bench::{asset, diameter, glass_body, gpu, renderer, still, vectors};
 
 const SIDE: usize = 96;
 /// Along each side of a pixel.
@@ -62,4 +63,22 @@ fn samples_come_to_what_many_see() {
     let [one, few, many, most] = [1, 4, 16, 64].map(|samples| error(two, samples));
     eprintln!("1, 4, 16, 64 samples: {one:.4}, {few:.4}, {many:.4}, {most:.4}");
     assert!(few < 0.95 * one && many < 0.6 * few && most < 0.4 * many, "{one}, {few}, {many}, {most}");
+}
+
+/// Before surroundings that are white all over nobody sees clear glass: no light is lost, nor any won.
+#[test]
+fn samples_of_glass_in_a_white_furnace_lose_no_light() {
+    let mut world = glass_body(&asset("bumpy.glb"), Ior::GLASS);
+    world.environment = Some(Environment { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] });
+    let view = View::look_at(DVec3::new(0.0, 0.0, 2.5 * diameter(&world)), DVec3::ZERO, 0.5);
+    let refraction =
+        Refraction { interfaces: Interfaces::All, most_interfaces: MOST_INTERFACES, ..Refraction::default() };
+    let mut renderer = renderer(gpu(), world);
+    for (branches, samples, most_lost) in [(2, 1, 0.006), (2, 4, 0.001), (4, 4, 0.001)] {
+        let request = FrameRequest { samples, ..still(view, [64; 2], Refraction { branches, ..refraction }) };
+        let seen = radiance(&mut renderer, &request, 64);
+        let mean = seen.iter().sum::<DVec3>() / seen.len() as f64;
+        eprintln!("{branches} branches, {samples} samples: {mean}");
+        assert!((mean - 1.0).abs().max_element() < most_lost, "{branches} branches, {samples} samples: {mean}");
+    }
 }

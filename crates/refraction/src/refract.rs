@@ -75,6 +75,7 @@ struct Params {
     branches: u32,
     roughness: f32,
     sample_width: f32,
+    sample: u32,
 }
 
 /// Wavelengths and what each adds to the picture (`refraction::spectrum::Spectrum`).
@@ -228,6 +229,9 @@ pub struct RefractRequest<'a> {
     pub rough: bool,
     /// Side of what a ray samples of its pixel, pixels: 1 where it is the pixel's only one.
     pub sample_width: f32,
+    /// Which of the pixel's samples it is, from 0; `None` for the only one. Of several, the last of the paths that are followed carries
+    /// all light that is left and goes one way at each interface, by chance.
+    pub sample: Option<u32>,
     /// Whether to write the paths.
     pub aov: bool,
 }
@@ -259,7 +263,11 @@ pub fn refract(
         .feature("surface_map", request.surface.is_some())
         .feature("rough", request.rough && request.refraction.method != Method::Screen)
         .feature("aov", request.aov)
-        .feature("inside_map", request.inside_map.is_some());
+        .feature("inside_map", request.inside_map.is_some())
+        .feature(
+            "by_chance",
+            request.sample.is_some() && !request.glass.thin && request.refraction.branches_followed() > 1,
+        );
     let shader = gpu.shader(&spec)?;
     let FrameViewpoint { viewpoint, origin, .. } = request.viewpoint;
     let margin = DVec3::splat(1e-3 * request.drawn.diameter().min(request.bounds.diameter()));
@@ -277,6 +285,7 @@ pub fn refract(
         branches: request.refraction.branches_followed(),
         roughness: request.glass.roughness,
         sample_width: request.sample_width,
+        sample: request.sample.unwrap_or(0),
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
@@ -364,6 +373,7 @@ mod tests {
                     branches: 10,
                     roughness: 11.0,
                     sample_width: 12.0,
+                    sample: 13,
                 }
             )
             .unwrap();

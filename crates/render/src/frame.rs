@@ -96,14 +96,23 @@ pub(crate) fn plan(
     let reach = (4.0 * glass_bounds.union(opaque_bounds).diameter()).max(1e-12).log2().ceil().exp2();
     let environment = plan.leaf("environment", stock.distant.stamp, Work::Leaf(stock.distant.leaf.clone()));
 
-    let mut frame =
-        FramePlan { stock, request, origin, eye, reach, environment, aov: request.aov, accounts: Vec::new() };
+    let mut frame = FramePlan {
+        stock,
+        request,
+        origin,
+        eye,
+        reach,
+        environment,
+        sample: 0,
+        aov: request.aov,
+        accounts: Vec::new(),
+    };
     let opaque =
         stock.sorted.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.sorted.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let mirrors = frame.deform_mirrors(&mut plan, pose)?;
     let scene = PosedScene { opaque, opaque_bounds, bodies, glass_bounds, mirrors };
-    let (layered, paths, light_layers) = frame.sample(&mut plan, &scene)?;
+    let (layered, paths, light_layers) = frame.see(&mut plan, &scene)?;
     let shown = scene.bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
     let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
     let deformed: Vec<_> = std::iter::once((0, opaque)).chain(shown).collect();
@@ -115,8 +124,9 @@ pub(crate) fn plan(
     frame.aov = false;
     for sample in 1..request.samples {
         plan.next_round();
+        frame.sample = sample;
         frame.eye = eye.through(within_pixel(sample));
-        let (layered, ..) = frame.sample(&mut plan, &scene)?;
+        let (layered, ..) = frame.see(&mut plan, &scene)?;
         sums.push(frame.accumulate(&mut plan, sample, sums[sums.len() - 1], layered.colour)?);
     }
     let colour = sums[sums.len() - 1];
@@ -216,6 +226,8 @@ pub(crate) struct FramePlan<'a> {
     /// How far photons are followed, metres.
     pub(crate) reach: f64,
     environment: Output,
+    /// Of each pixel, from 0.
+    sample: u32,
     /// Whether the layers beside the picture are wanted of this sample.
     pub(crate) aov: bool,
     pub(crate) accounts: Vec<CausticMap>,
@@ -223,7 +235,7 @@ pub(crate) struct FramePlan<'a> {
 
 impl FramePlan<'_> {
     /// What the eye sees through one point of each pixel, with the paths of each body and the layers of each lamp.
-    fn sample(
+    fn see(
         &mut self,
         plan: &mut Plan<Work>,
         scene: &PosedScene,
@@ -413,6 +425,7 @@ impl FramePlan<'_> {
             surface,
             rough: self.stock.looks.bodies[body.index as usize].rough,
             sample_width: self.sample_width(),
+            sample: (self.request.samples > 1).then_some(self.sample),
             aov: self.aov,
         };
         let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
