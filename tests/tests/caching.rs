@@ -126,6 +126,8 @@ fn samples_share_everything_but_what_the_eye_sees() {
     let again = render(&mut renderer, &several);
     assert_eq!(ran(&again), BTreeSet::new(), "again");
     assert_equal(&again, &first, "again");
+    let brighter = render(&mut renderer, &FrameRequest { exposure: 2.0 * request.exposure, ..several.clone() });
+    assert_eq!(ran(&brighter), BTreeSet::from(["composite"]));
     let orbit = orbited(&several, 0.2);
     let frame = render(&mut renderer, &orbit);
     assert_reused(&frame, &["deform", "light_map", "receivers", "emit", "deposit"], "orbit");

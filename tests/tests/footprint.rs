@@ -62,7 +62,7 @@ fn samples_come_to_what_many_see() {
     let two = Refraction { method: Method::Layers, ..Refraction::default() };
     let [one, few, many, most] = [1, 4, 16, 64].map(|samples| error(two, samples));
     eprintln!("1, 4, 16, 64 samples: {one:.4}, {few:.4}, {many:.4}, {most:.4}");
-    assert!(few < 0.95 * one && many < 0.6 * few && most < 0.4 * many, "{one}, {few}, {many}, {most}");
+    assert!(few < 0.55 * one && many < 0.75 * few && most < 0.4 * many, "{one}, {few}, {many}, {most}");
 }
 
 /// Before surroundings that are white all over nobody sees clear glass: no light is lost, nor any won.
@@ -74,7 +74,7 @@ fn samples_of_glass_in_a_white_furnace_lose_no_light() {
     let refraction =
         Refraction { interfaces: Interfaces::All, most_interfaces: MOST_INTERFACES, ..Refraction::default() };
     let mut renderer = renderer(gpu(), world);
-    for (branches, samples, most_lost) in [(2, 1, 0.006), (2, 4, 0.001), (4, 4, 0.001)] {
+    for (branches, samples, most_lost) in [(2, 1, 0.006), (2, 4, 0.0005), (4, 4, 0.0005)] {
         let request = FrameRequest { samples, ..still(view, [64; 2], Refraction { branches, ..refraction }) };
         let seen = radiance(&mut renderer, &request, 64);
         let mean = seen.iter().sum::<DVec3>() / seen.len() as f64;

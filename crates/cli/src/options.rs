@@ -149,7 +149,7 @@ pub struct ShotOptions {
     /// Total internal reflection at the second interface
     #[arg(long, value_parser = values::one_of::<TirPolicy, _>(TirPolicy::ALL.map(TirPolicy::name)), help_heading = "Glass")]
     tir: Option<TirPolicy>,
-    /// How many interfaces a refracted ray meets: two, or all ahead of it up to 8. All follow total reflection whatever
+    /// How many interfaces a refracted ray meets: two, or all ahead of it (--most-interfaces). All follow total reflection whatever
     /// --tir says; light that enters the body again is followed by layers and exact alone
     #[arg(
         long, value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
@@ -157,7 +157,8 @@ pub struct ShotOptions {
     )]
     interfaces: Option<Interfaces>,
     /// Paths through the glass that a pixel follows with --interfaces all or --tir trace: the transmitted one, then the heaviest
-    /// part that the last one left aside; a photon's last path carries all light that is left [default: 2]
+    /// part that the last one left aside; the last path of a photon, or of one of several --samples, carries all light that is left and
+    /// goes by chance [default: 2]
     #[arg(
         long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_BRANCHES)),
         help_heading = "Glass"

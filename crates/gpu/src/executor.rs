@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use murano_scheduler::{History, Output, PassIndex, Plan, Schedule, Skipping, Stamp, Step};
+use murano_scheduler::{History, Output, PassIndex, Plan, PlanError, Schedule, Skipping, Stamp, Step};
 use wgpu::util::DeviceExt;
 
 use crate::{
     Gpu, GpuError, OutputChecks,
     finite::FiniteChecks,
     pass::{Dispatch, Leaf, Recording, Work},
-    store::Resource,
+    store::{Resource, Store},
 };
 
 /// GPU time of one executed step.
@@ -65,21 +65,29 @@ impl Gpu {
         history: &mut History,
         skipping: Skipping,
     ) -> Result<Executed, GpuError> {
-        self.compute(plan, targets, targets, history, skipping)
+        let schedule = |store: &Store, history: &mut History| {
+            plan.resolve(targets, |stamp| store.contains(stamp), history, skipping)
+        };
+        self.compute(plan, targets, schedule, history)
     }
 
-    /// As [`Gpu::execute`], but leaves the targets on the device: for what later calls go on with.
+    /// As [`Gpu::execute`] for one round of a plan after the other ([`Plan::resolve_round`]); reads the targets back or leaves them on
+    /// the device for the rounds to come.
     ///
     /// # Errors
     /// As [`Gpu::execute`].
-    pub fn prepare(
+    pub fn execute_round(
         &self,
         plan: &Plan<Work>,
-        targets: &[Output],
+        (targets, read_back): (&[Output], bool),
+        round: u32,
         history: &mut History,
         skipping: Skipping,
     ) -> Result<Executed, GpuError> {
-        self.compute(plan, targets, &[], history, skipping)
+        let schedule = |store: &Store, history: &mut History| {
+            plan.resolve_round(targets, round, |stamp| store.contains(stamp), history, skipping)
+        };
+        self.compute(plan, if read_back { targets } else { &[] }, schedule, history)
     }
 
     /// Whether an output is on the device, computed.
@@ -90,20 +98,16 @@ impl Gpu {
     fn compute(
         &self,
         plan: &Plan<Work>,
-        targets: &[Output],
         read_back: &[Output],
+        schedule: impl FnOnce(&Store, &mut History) -> Result<Schedule, PlanError>,
         history: &mut History,
-        skipping: Skipping,
     ) -> Result<Executed, GpuError> {
         // While a plan is recorded, the store holds outputs that nothing has computed yet, and buffers that it gives away
         // again may still be meant by a recording: another plan must see neither.
         let Ok(_executing) = self.executing.lock() else {
             return Err(GpuError::device("another thread panicked while it used the device; open it anew"));
         };
-        let schedule = {
-            let store = self.store();
-            plan.resolve(targets, |stamp| store.contains(stamp), history, skipping)?
-        };
+        let schedule = schedule(&self.store(), history)?;
         for leaf in &schedule.leaves {
             if let Work::Leaf(content) = &plan.leaf_at(leaf.leaf).work {
                 let resource = self.upload(content)?;

@@ -219,8 +219,8 @@ pub struct Refraction {
     pub reflection: bool,
     /// Paths through the glass that a pixel follows where they are followed on ([`TirPolicy::Trace`], [`Interfaces::All`]), 1 to
     /// [`MOST_BRANCHES`]: first the transmitted one, then always the heaviest part that the last one left aside as its
-    /// interfaces reflected or transmitted it. Without `reflection` the first alone. Of several that a photon follows the last carries
-    /// all light that is left, and goes one way at each interface, by chance.
+    /// interfaces reflected or transmitted it. Without `reflection` the first alone. Of several that a photon follows, or
+    /// a pixel with more than one sample, the last carries all light that is left, and goes one way at each interface, by chance.
     pub branches: u32,
     /// Interfaces that each of these paths meets, 2 to [`MOST_INTERFACES`]: light that is still inside then is taken to leave the way it
     /// goes. Photons go on for longer, whatever this says.

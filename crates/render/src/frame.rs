@@ -36,10 +36,9 @@ pub(crate) struct Planned {
     pub(crate) origin: DVec3,
     /// Packed sRGB.
     pub(crate) picture: Output,
-    /// Sums over more and more samples of each pixel, all but the last.
+    /// Linear radiance and depth: sums over more and more samples of each pixel, of which the last is their mean. Each is computed in
+    /// its own round of the plan.
     pub(crate) sums: Vec<Output>,
-    /// Linear radiance, the mean over the samples, and depth.
-    pub(crate) colour: Output,
     /// Paths of each body drawn.
     pub(crate) paths: Vec<Output>,
     /// Caustic irradiance and direct light of each lamp.
@@ -48,6 +47,13 @@ pub(crate) struct Planned {
     pub(crate) accounts: Vec<CausticMap>,
     /// Motion of the opaque scene and of each body, where asked for.
     pub(crate) motions: Vec<Output>,
+}
+
+impl Planned {
+    /// Linear radiance, the mean over the samples, and depth.
+    pub(crate) fn colour(&self) -> Output {
+        self.sums[self.sums.len() - 1]
+    }
 }
 
 /// What the eye sees of the opaque scene.
@@ -125,23 +131,35 @@ pub(crate) fn plan(
     for sample in 1..request.samples {
         plan.next_round();
         frame.sample = sample;
-        frame.eye = eye.through(within_pixel(sample));
+        frame.eye = eye.through(within_pixel(sample, request.samples));
         let (layered, ..) = frame.see(&mut plan, &scene)?;
         sums.push(frame.accumulate(&mut plan, sample, sums[sums.len() - 1], layered.colour)?);
     }
     let colour = sums[sums.len() - 1];
-    sums.pop();
     let picture = frame.composite(&mut plan, Layered { colour, ..layered })?;
     let motions = motions.unwrap_or_default();
-    Ok(Planned { plan, origin, picture, sums, colour, paths, light_layers, accounts, motions })
+    Ok(Planned { plan, origin, picture, sums, paths, light_layers, accounts, motions })
 }
 
-/// Where in a pixel a sample lies, 0 to 1 along each axis, the first in the middle: the R2 sequence (Roberts 2018), any beginning of
-/// which covers the square evenly.
-fn within_pixel(sample: u32) -> DVec2 {
+/// Where in a pixel one of its samples lies, 0 to 1 along each side. The first is in the middle, where the layers beside the picture
+/// are taken. The others are pairs on opposite sides of it, along the R2 sequence (Roberts 2018), any beginning of which covers the square
+/// evenly; of an even number three lie around it instead, at the distance that gives them a pixel's variance. So the mean of all is the
+/// middle, but for two.
+fn within_pixel(sample: u32, samples: u32) -> DVec2 {
     // One over the root of x^3 = x + 1, and its square.
     const STEP: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
-    (DVec2::splat(0.5) + f64::from(sample) * STEP).fract()
+    const DISTANCE: f64 = 0.47;
+    let middle = DVec2::splat(0.5);
+    let around = if samples.is_multiple_of(2) && samples > 2 { 3 } else { 0 };
+    if sample == 0 {
+        return middle;
+    }
+    if sample <= around {
+        return middle + DISTANCE * DVec2::from_angle(std::f64::consts::TAU * (f64::from(sample) / 3.0 + 0.04));
+    }
+    let pair = (sample - around).div_ceil(2);
+    let aside = (middle + f64::from(pair) * STEP).fract() - middle;
+    if (sample - around).is_multiple_of(2) { middle - aside } else { middle + aside }
 }
 
 /// What is in the scene at a moment, whoever looks at it.
@@ -503,6 +521,23 @@ mod tests {
     use murano_gpu::{Shader, check_uniform_layout};
 
     use super::*;
+
+    #[test]
+    fn samples_cover_the_pixel_around_its_middle() {
+        for samples in 1..=64 {
+            let all: Vec<DVec2> = (0..samples).map(|sample| within_pixel(sample, samples)).collect();
+            assert_eq!(all[0], DVec2::splat(0.5));
+            assert!(
+                all.iter().all(|at| at.cmpge(DVec2::ZERO).all() && at.cmple(DVec2::ONE).all()),
+                "{samples}: {all:?}"
+            );
+            let mean = all.iter().sum::<DVec2>() / f64::from(samples) - 0.5;
+            assert!(mean.length() < if samples == 2 { 0.25 } else { 1e-12 }, "{samples}: {mean} aside");
+            let variance = all.iter().map(|at| (*at - 0.5).powf(2.0)).sum::<DVec2>() / f64::from(samples);
+            let whole = DVec2::splat(1.0 / 12.0);
+            assert!(samples < 4 || variance.abs_diff_eq(whole, 0.03), "{samples}: {variance}, not {whole}");
+        }
+    }
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {

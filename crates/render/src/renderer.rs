@@ -5,7 +5,7 @@ use std::collections::{HashMap, hash_map::Entry};
 use glam::{DVec3, DVec4};
 use murano_animation::{Geometry, GeometryError, Layer, Properties, Rig};
 use murano_caustics::level_texels;
-use murano_gpu::{Executed, Gpu, GpuError, Work};
+use murano_gpu::{Executed, Gpu, GpuError, StepTime, Work};
 use murano_refraction::texels;
 use murano_scene::{PlacedLight, Projection};
 use murano_scheduler::{History, Output, Plan};
@@ -146,33 +146,69 @@ impl Renderer {
         let before = before.map(|moment| (moment, self.rig.pose(&moment.playing)));
         let before = before.as_ref().map(|(moment, pose)| (*moment, pose));
         let planned = frame::plan(&self.stock(), &pose, before, request)?;
+        let mut reports = Reports::default();
+        let mut beside = Vec::new();
+        let mut first = self.first_missing(&planned, request.skipping);
+        if request.aov {
+            // What is told of the first sample alone, before others take its place.
+            beside.extend(&planned.paths);
+            beside.extend(&planned.light_layers);
+            beside.extend(&planned.motions);
+            beside.push(planned.sums[0]);
+        }
+        let beside =
+            if beside.is_empty() { Vec::new() } else { self.round(&planned, &beside, 0, request, &mut reports)? };
+        first = first.max(u32::from(request.aov));
+        let last = request.samples - 1;
+        for sample in first..last {
+            let executed = self.gpu.execute_round(
+                &planned.plan,
+                (&planned.sums[sample as usize..=sample as usize], false),
+                sample,
+                &mut self.history,
+                request.skipping,
+            )?;
+            reports.add(&executed);
+        }
         let mut targets = vec![planned.picture];
         if request.aov {
-            targets.push(planned.colour);
-            targets.extend(&planned.paths);
-            targets.extend(&planned.light_layers);
-            targets.extend(&planned.motions);
+            targets.push(planned.colour());
         }
-        let mut runs = Vec::new();
-        // Sample by sample: what one leaves behind may go where the next needs its place.
-        if request.skipping == Skipping::On && !self.gpu.holds(planned.picture) {
-            for sum in &planned.sums {
-                runs.push(self.gpu.prepare(&planned.plan, &[*sum], &mut self.history, request.skipping)?);
-            }
-        }
-        let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, request.skipping)?;
-        runs.push(executed);
-        let passes = reports(&runs);
-        let executed = &runs[runs.len() - 1];
+        let shown = self.round(&planned, &targets, last, request, &mut reports)?;
+        let passes = reports.all;
         let pixels = request.size[0] as usize * request.size[1] as usize;
         Ok(Frame {
             size: request.size,
-            rgba: executed.targets[0][..4 * pixels].to_vec(),
-            aov: request.aov.then(|| gather(&planned, executed, pixels)),
+            rgba: shown[0][..4 * pixels].to_vec(),
+            aov: request.aov.then(|| gather(&planned, &shown[1], &beside, pixels)),
             gpu_ms: passes.iter().filter_map(|pass| pass.gpu_ms).sum(),
             passes,
             cache_bytes: self.gpu.cache_bytes(),
         })
+    }
+
+    /// The first sample that has to be computed, with those behind it; the last one's sum is the frame's own business.
+    fn first_missing(&self, planned: &Planned, skipping: Skipping) -> u32 {
+        if skipping != Skipping::On {
+            return 0;
+        }
+        let held = planned.sums.iter().rposition(|sum| self.gpu.holds(*sum));
+        held.map_or(0, |last| last as u32 + 1)
+    }
+
+    /// Computes targets of one round and reads them back.
+    fn round(
+        &mut self,
+        planned: &Planned,
+        targets: &[Output],
+        round: u32,
+        request: &FrameRequest,
+        reports: &mut Reports,
+    ) -> Result<Vec<Vec<u8>>, RenderError> {
+        let executed =
+            self.gpu.execute_round(&planned.plan, (targets, true), round, &mut self.history, request.skipping)?;
+        reports.add(&executed);
+        Ok(executed.targets)
     }
 
     /// The GPU's deformation of every geometry, glass bodies first, the opaque rest last.
@@ -215,6 +251,7 @@ impl Renderer {
         check(request, &self.world)?;
         let pose = self.rig.pose(&request.playing);
         self.arrange(&request.playing)?;
+        let request = &FrameRequest { samples: 1, ..request.clone() };
         let planned = frame::plan(&self.stock(), &pose, None, request)?;
         let targets: Vec<Output> = planned
             .accounts
@@ -283,10 +320,11 @@ impl CausticAccount {
     }
 }
 
-fn gather(planned: &Planned, executed: &Executed, pixels: usize) -> crate::Aov {
-    let (paths, others) = executed.targets[2..].split_at(planned.paths.len());
-    let (lights, motions) = others.split_at(planned.light_layers.len());
-    Layers { origin: planned.origin, pixels, colour: &executed.targets[1], paths, lights, motions }.gather()
+fn gather(planned: &Planned, colour: &[u8], beside: &[Vec<u8>], pixels: usize) -> crate::Aov {
+    let (paths, others) = beside.split_at(planned.paths.len());
+    let (lights, others) = others.split_at(planned.light_layers.len());
+    let motions = &others[..planned.motions.len()];
+    Layers { origin: planned.origin, pixels, colour, paths, lights, motions }.gather()
 }
 
 fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
@@ -335,12 +373,17 @@ fn check(request: &FrameRequest, world: &World) -> Result<(), RenderError> {
 }
 
 /// What became of each pass over all samples: it ran if it did for any of them, and its time is the sum.
-fn reports(runs: &[Executed]) -> Vec<PassReport> {
-    let mut reports: Vec<PassReport> = Vec::new();
-    let mut places: HashMap<(&str, u32), usize> = HashMap::new();
-    for executed in runs {
-        let times: HashMap<_, _> =
-            executed.times.iter().map(|time| ((time.name, time.round, time.instance), time.gpu_ms)).collect();
+#[derive(Default)]
+struct Reports {
+    all: Vec<PassReport>,
+    /// By name and instance.
+    places: HashMap<(&'static str, u32), usize>,
+}
+
+impl Reports {
+    fn add(&mut self, executed: &Executed) {
+        let time = |time: &StepTime| ((time.name, time.round, time.instance), time.gpu_ms);
+        let times: HashMap<_, _> = executed.times.iter().map(time).collect();
         for step in &executed.schedule.steps {
             let report = PassReport {
                 name: format!("{}:{}", step.name, step.instance),
@@ -348,14 +391,13 @@ fn reports(runs: &[Executed]) -> Vec<PassReport> {
                 reason: step.decision.reason(),
                 gpu_ms: times.get(&(step.name, step.round, step.instance)).copied().flatten(),
             };
-            match places.entry((step.name, step.instance)) {
+            match self.places.entry((step.name, step.instance)) {
                 Entry::Vacant(place) => {
-                    place.insert(reports.len());
-                    reports.push(report);
+                    place.insert(self.all.len());
+                    self.all.push(report);
                 }
-                Entry::Occupied(place) => reports[*place.get()].join(report),
+                Entry::Occupied(place) => self.all[*place.get()].join(report),
             }
         }
     }
-    reports
 }

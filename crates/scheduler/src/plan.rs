@@ -131,7 +131,7 @@ pub struct Plan<W> {
     pub(crate) culls: Vec<Cull>,
     /// Names, rounds and instances.
     declared: HashSet<(&'static str, u32, u32)>,
-    round: u32,
+    pub(crate) round: u32,
     /// The pass of each key.
     keys: HashMap<Stamp, PassIndex>,
 }

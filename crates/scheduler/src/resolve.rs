@@ -1,6 +1,6 @@
 //! From a plan, its targets and what is resident to a schedule.
 
-use std::{collections::HashSet, sync::Arc};
+use std::{collections::HashSet, ops::RangeBounds, sync::Arc};
 
 use crate::{
     Decision, History, LeafIndex, MissingLeaf, Output, PassIndex, Plan, PlanError, Reason, Schedule, Stamp, Step,
@@ -58,15 +58,49 @@ impl<W> Plan<W> {
         history: &mut History,
         skipping: Skipping,
     ) -> Result<Schedule, PlanError> {
+        self.resolve_rounds(targets, ..=self.round, resident, history, skipping)
+    }
+
+    /// As [`Plan::resolve`] for one round after the other: the schedule is about `round` and needs none behind it. What the rounds
+    /// before have computed is taken as it is, whatever is skipped, and runs again only where it is no longer resident.
+    ///
+    /// # Errors
+    /// As [`Plan::resolve`].
+    pub fn resolve_round(
+        &self,
+        targets: &[Output],
+        round: u32,
+        resident: impl Fn(Stamp) -> bool,
+        history: &mut History,
+        skipping: Skipping,
+    ) -> Result<Schedule, PlanError> {
+        self.resolve_rounds(targets, round..=round, resident, history, skipping)
+    }
+
+    fn resolve_rounds(
+        &self,
+        targets: &[Output],
+        rounds: impl RangeBounds<u32>,
+        resident: impl Fn(Stamp) -> bool,
+        history: &mut History,
+        skipping: Skipping,
+    ) -> Result<Schedule, PlanError> {
         if let Some(position) = targets.iter().position(|target| !self.owns(*target)) {
             return Err(PlanError::ForeignTarget { position });
         }
-        let demand = self.demand(targets, &resident, skipping);
-        Ok(Schedule { leaves: self.missing_leaves(&demand, &resident), steps: self.steps(&demand, history, skipping) })
+        let demand = self.demand(targets, &rounds, &resident, skipping);
+        let steps = self.steps(&demand, &rounds, history, skipping);
+        Ok(Schedule { leaves: self.missing_leaves(&demand, &resident), steps })
     }
 
     /// Walks from the targets to the leaves, against the order of declaration: all readers of a pass come before it.
-    fn demand(&self, targets: &[Output], resident: &impl Fn(Stamp) -> bool, skipping: Skipping) -> Demand {
+    fn demand(
+        &self,
+        targets: &[Output],
+        rounds: &impl RangeBounds<u32>,
+        resident: &impl Fn(Stamp) -> bool,
+        skipping: Skipping,
+    ) -> Demand {
         let mut slots: Vec<Vec<SlotDemand>> =
             self.passes.iter().map(|node| vec![SlotDemand::default(); node.stamps.len()]).collect();
         let mut demand = Demand {
@@ -88,8 +122,9 @@ impl<W> Plan<W> {
             let reached = slots[index].iter().any(|slot| slot.reached);
             let missing = absent(|slot| slot.needed);
             demand.reached[index] = reached;
-            demand.executed[index] = missing || (reached && skipping != Skipping::On);
-            demand.missing[index] = missing || (skipping == Skipping::Verify && absent(|slot| slot.reached));
+            let forced = reached && skipping != Skipping::On && rounds.contains(&node.round);
+            demand.executed[index] = missing || forced;
+            demand.missing[index] = missing || (forced && skipping == Skipping::Verify && absent(|slot| slot.reached));
             for (_, input) in &node.pass.inputs {
                 match input.source {
                     Source::Leaf(leaf) => demand.leaves[leaf.0] |= demand.executed[index],
@@ -116,10 +151,18 @@ impl<W> Plan<W> {
     }
 
     /// All passes in order of declaration, those the caller culled at their place among them.
-    fn steps(&self, demand: &Demand, history: &mut History, skipping: Skipping) -> Vec<Step> {
-        let mut steps = Vec::with_capacity(self.passes.len() + self.culls.len());
-        let mut culls = self.culls.iter().peekable();
-        for (index, node) in self.passes.iter().enumerate() {
+    fn steps(
+        &self,
+        demand: &Demand,
+        rounds: &impl RangeBounds<u32>,
+        history: &mut History,
+        skipping: Skipping,
+    ) -> Vec<Step> {
+        let mut steps = Vec::new();
+        let mut culls = self.culls.iter().filter(|cull| rounds.contains(&cull.round)).peekable();
+        // Of other rounds, only what has to run again.
+        let passes = self.passes.iter().enumerate();
+        for (index, node) in passes.filter(|(index, node)| rounds.contains(&node.round) || demand.missing[*index]) {
             while let Some(cull) = culls.next_if(|cull| cull.position <= index) {
                 steps.push(culled(cull));
             }
@@ -146,7 +189,7 @@ fn decide<W>(node: &PassNode<W>, demand: &Demand, index: usize, history: &mut Hi
     let reason = history.record((node.pass.name, node.round, node.pass.instance), &node.fields);
     if demand.missing[index] {
         Decision::Ran(reason)
-    } else if skipping == Skipping::Off {
+    } else if skipping == Skipping::Off && demand.executed[index] {
         Decision::Ran(Reason::Forced)
     } else {
         Decision::Reused

@@ -48,7 +48,7 @@ impl Reference {
 ///
 /// The truth is traced on the CPU in f64 through the same pose and triangles. Angles are between directions after the
 /// glass, over the pixels where truth and method both leave it. FLIP and RMSE are of the environment seen along them, or
-/// with --reference path of the whole frame, which has one sample a pixel where the truth has smooth outlines and noise. Caustics
+/// with --reference path of the whole frame, which has --samples a pixel where the truth has smooth outlines and noise. Caustics
 /// are compared as irradiance on the floor, within the square around 95 % of the light: of light that is refracted in and out, or
 /// with --reference path of all of it.
 #[derive(Args)]

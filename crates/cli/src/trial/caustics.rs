@@ -185,6 +185,7 @@ impl CausticTrial {
             request.size = truth.window.size.map(|side| FINER * side);
             request.lights.truncate(1);
             request.caustics = Some(caustics);
+            request.samples = 1;
             request.aov = true;
         })?;
         let aov = frame.aov.context("the frame lacks its output variables")?;
@@ -194,6 +195,7 @@ impl CausticTrial {
         let map = fine.downsampled(FINER)?;
         let mut request = subject.request.clone();
         request.caustics = Some(caustics);
+        request.samples = 1;
         let timing = time_frames(&mut subject.renderer, &request, runs)?;
         request.lights.truncate(1);
         let account = subject.renderer.caustic_accounts(&request)?.into_iter().next();

@@ -81,7 +81,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Traces the subject's picture through every pixel's centre, in f64: two interfaces, or all of them up to 8, as the
+    /// Traces the subject's picture through every pixel's centre, in f64: two interfaces, or as many as followed paths may meet, as the
     /// subject's settings ask for.
     ///
     /// # Errors

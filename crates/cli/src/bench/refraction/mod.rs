@@ -56,12 +56,12 @@ pub struct Arguments {
     /// Picture size in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "512x512")]
     size: [u32; 2],
-    /// Methods, each with its steps after a colon
+    /// Methods, each with its steps or its forms after a colon, as for `murano compare`
     #[arg(
         long,
         value_name = "A:STEPS,...",
         value_delimiter = ',',
-        default_value = "sir:1,dir:2,dir:5,dir:12,newton:1,newton:2,newton:5"
+        default_value = "sir,isr,dir:2,dir:5,dir:12,newton:1,newton:2,newton:5,layers,exact"
     )]
     methods: Vec<MethodChoice>,
     /// Frames timed for each figure
