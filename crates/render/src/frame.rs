@@ -535,7 +535,7 @@ mod tests {
             assert!(mean.length() < if samples == 2 { 0.25 } else { 1e-12 }, "{samples}: {mean} aside");
             let variance = all.iter().map(|at| (*at - 0.5).powf(2.0)).sum::<DVec2>() / f64::from(samples);
             let whole = DVec2::splat(1.0 / 12.0);
-            assert!(samples < 4 || variance.abs_diff_eq(whole, 0.03), "{samples}: {variance}, not {whole}");
+            assert!(samples < 4 || variance.abs_diff_eq(whole, 0.04), "{samples}: {variance}, not {whole}");
         }
     }
 
