@@ -197,6 +197,7 @@ impl Scene {
         let photons = Photons::followed_elsewhere(rays, Some(differentials));
         let map = deposit(gpu, &mut plan, &cast, &caustics, photons, receivers, 4.0 * ABOVE).expect("a caustic map");
         let executed = gpu.execute(&plan, &[map.flux], &mut History::new(), Skipping::Off).expect("a caustic map");
+        assert!(map.monochrome, "clear glass colours nothing");
         let texel = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes[..4].try_into().expect("a number")));
         let fine = executed.targets[0].chunks_exact(4).take((FINER * SIZE).pow(2) as usize).map(texel).collect();
         // Watts a texel are means here, to be summed.

@@ -146,8 +146,8 @@ pub fn gather(
 /// The least number of cells that a caster's map is divided into along a side.
 const LEAST_CELLS: u32 = 320;
 
-/// Adds the pass `shade:instance`: a `caustics::cell::Cell` for each cell of `cell` x `cell` texels of the caster's map, what of the light comes past the
-/// caster, or without caustics straight through it, and the range of depths behind which that is so.
+/// Adds the pass `shade:instance`: a `caustics::cell::Cell` for each cell of `cell` x `cell` texels of the caster's map, what of the
+/// light comes past the caster, or without caustics straight through it, and the range of depths behind which that is so.
 fn shade(
     gpu: &Gpu,
     plan: &mut Plan<Work>,

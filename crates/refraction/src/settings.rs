@@ -98,7 +98,8 @@ impl TirPolicy {
 pub enum Interfaces {
     /// The first two; where it is totally reflected at the second, [`TirPolicy`] says what becomes of it.
     Two,
-    /// All ahead of it, as many as [`Refraction::most_interfaces`] says: total reflection is followed, and so is light that enters the body again. Only
+    /// All ahead of it, as many as [`Refraction::most_interfaces`] says: total reflection is followed, and so is light that enters the
+    /// body again. Only
     /// [`Method::follows_all`] methods can; the others follow total reflection alone.
     All,
 }
