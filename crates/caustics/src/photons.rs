@@ -189,9 +189,9 @@ impl Grids {
 /// Deposited caustics of one cast.
 #[derive(Clone, Copy, Debug)]
 pub struct CausticMap {
-    /// Watts a texel for a lamp of intensity 1: RGB and 0, or one `f32` where it is [`monochrome`](Self::monochrome). Of the lamp's
-    /// receiver viewpoint, then of as many texels the part of it where the light lands. Each is followed by its sums over 2 to 32 texels
-    /// along a side ([`level_texels`] in all).
+    /// Watts a texel for a lamp of intensity 1, as [`watts`](Self::watts) reads them. Of the lamp's receiver viewpoint, then of as many
+    /// texels the part of it where the light lands. Each is followed by its sums over 2 to 32 texels along a side ([`level_texels`] in
+    /// all).
     pub flux: Output,
     /// Whether all channels are equal: nothing that the light meets is coloured.
     pub monochrome: bool,
@@ -203,6 +203,19 @@ pub struct CausticMap {
     pub account: Output,
     /// Watts per fixed-point unit of `account`.
     pub watts_per_unit: f64,
+}
+
+impl CausticMap {
+    /// RGB of a texel in the words of [`flux`](Self::flux): one `f32` where all channels are equal; else their sum, `f32`, and 16 bits
+    /// each for the shares of red and green in it.
+    pub fn watts(&self, words: &[u32], texel: usize) -> [f32; 3] {
+        if self.monochrome {
+            return [f32::from_bits(words[texel]); 3];
+        }
+        let shares = words[2 * texel + 1];
+        let [red, green] = [shares & 0xffff, shares >> 16].map(|share| share as f32 / 65535.0);
+        [red, green, (1.0 - red - green).max(0.0)].map(|share| share * f32::from_bits(words[2 * texel]))
+    }
 }
 
 /// Texels a side of the light's interface map: a multiple of the photons, so that each photon's ray goes through the centre of a
@@ -319,7 +332,7 @@ pub fn deposit(
         Caster::Mirror(mirror) => ([0.0; 3], mirror.reflectance, true),
     };
     let monochrome = grey(absorption) && grey(tint) && !dispersive && cast.surface.is_none();
-    let texel = if monochrome { 4 } else { 16 };
+    let (texel, held) = if monochrome { (4, 4) } else { (16, 8) };
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
         spec.feature("monochrome", monochrome)
@@ -370,7 +383,7 @@ pub fn deposit(
         .scratch("marginals", MARGINAL_BYTES)
         .scratch("flux", (LEVELS * count + coarse) * if monochrome { 4 } else { 12 })
         .workspace("laid", texel * (LEVELS * count + coarse))
-        .output("caustic_map", texel * LEVELS * level_texels(viewpoint.size))
+        .output("caustic_map", held * LEVELS * level_texels(viewpoint.size))
         .cleared_output("account", 8)
         .output("detail", 16)
         .output("range", 4 * (LEVELS * count + coarse));

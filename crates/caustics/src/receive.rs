@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::{DMat4, DVec4, Mat4, UVec4, Vec3, Vec4};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Glass, Viewpoint, texels};
+use murano_refraction::{Glass, LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads};
 use murano_scheduler::{Output, Plan};
 
 use crate::{Cast, Caster, CausticMap, level_texels, photons::texels_before};
@@ -14,7 +14,8 @@ struct Params {
     caster_from_eye: Mat4,
     lamp: Vec4,
     texel_area: f32,
-    mip_starts: [UVec4; 2],
+    fine_starts: UVec4,
+    coarse_starts: UVec4,
     level_texels: u32,
     cell: u32,
     sample_width: f32,
@@ -33,9 +34,10 @@ struct Pane {
 }
 
 /// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
-/// the share of direct light that passes the caster (w); without a caustic map the share of direct light, RGB, that passes the
-/// caster or comes straight through it: Fresnel's law at both interfaces, and absorption between them. Glass has a pass `shade:instance` for
-/// its shadow. `sample_width` is the side of what a ray samples of its pixel, pixels.
+/// the share of direct light that the caster takes away (w); without a caustic map the share of direct light, RGB, that neither passes the
+/// caster nor comes straight through it: Fresnel's law at both interfaces, and absorption between them. Runs over the tiles where there may
+/// be any of either, and is zero elsewhere. Glass has a pass `shade:instance` for its shadow. `sample_width` is the side of what a ray samples
+/// of its pixel, pixels.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -54,11 +56,14 @@ pub fn receive(
         // What is opaque throws its shadow with everything else.
         _ => None,
     };
-    let spec = ShaderSpec::new("caustics::receive")
-        .feature("shades", shade.is_some())
-        .feature("caustic", caustic_map.is_some())
-        .feature("monochrome", caustic_map.is_some_and(|map| map.monochrome));
-    let shader = gpu.shader(&spec)?;
+    let shader = |root| {
+        let spec = ShaderSpec::new(root)
+            .feature("shades", shade.is_some())
+            .feature("caustic", caustic_map.is_some())
+            .feature("monochrome", caustic_map.is_some_and(|map| map.monochrome));
+        gpu.shader(&spec)
+    };
+    let [list, main] = [shader("caustics::receive_tiles")?, shader("caustics::receive")?];
     let from_eye = |viewpoint: &Viewpoint| viewpoint.world_from_view.inverse() * eye.world_from_view;
     let receivers = &cast.lamp.receivers;
     let to_lamp = if receivers.perspective { DVec4::W } else { DVec4::Z };
@@ -72,7 +77,8 @@ pub fn receive(
         caster_from_eye: shade.map_or(DMat4::ZERO, |_| from_eye(&cast.viewpoint.viewpoint)).as_mat4(),
         lamp: caustic_map.map_or(DVec4::ZERO, |_| from_eye(receivers).inverse() * to_lamp).as_vec4(),
         texel_area: (4.0 * receivers.half_extent.x * receivers.half_extent.y / texels(map_size) as f64) as f32,
-        mip_starts: [0, 4].map(|first| UVec4::from_slice(&starts[first..first + 4])),
+        fine_starts: UVec4::from_slice(&starts[..4]),
+        coarse_starts: UVec4::from_slice(&starts[4..]),
         level_texels: level_texels(map_size) as u32,
         cell,
         sample_width,
@@ -81,7 +87,7 @@ pub fn receive(
         .value("params", &params)
         .value("eye", &eye.uniform(cast.viewpoint.origin))
         .input("surfaces", surfaces)
-        .output("received", 16 * texels(eye.size));
+        .cleared_output("received", 16 * texels(eye.size));
     if let Some(shade) = shade {
         pass = cast.viewpoint.tell(pass, "caster_viewpoint").input("shade", shade);
     }
@@ -92,7 +98,8 @@ pub fn receive(
             .input("caustic_map", caustic_map.flux)
             .input("detail", caustic_map.detail);
     }
-    Ok(pass.dispatch(&shader, "main", Groups::tiles(eye.size)).add_to(plan)?[0])
+    let pass = over_listed_tiles(pass, eye.size).dispatch(&list, "list", tile_threads(eye.size));
+    Ok(pass.dispatch(&main, "main", LISTED_TILES).add_to(plan)?[0])
 }
 
 /// The most casters, or groups of them, that one pass gathers.
@@ -200,7 +207,8 @@ mod tests {
                 caster_from_eye: matrix(20.0),
                 lamp: Vec4::new(40.0, 41.0, 42.0, 43.0),
                 texel_area: 44.0,
-                mip_starts: [UVec4::new(1, 2, 3, 4), UVec4::new(5, 6, 7, 8)],
+                fine_starts: UVec4::new(1, 2, 3, 4),
+                coarse_starts: UVec4::new(5, 6, 7, 8),
                 level_texels: 9,
                 cell: 10,
                 sample_width: 0.5,

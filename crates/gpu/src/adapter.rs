@@ -142,7 +142,7 @@ impl Gpu {
             sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner).get_or_insert(error.to_string());
         }));
         Ok(Self {
-            pipelines: Mutex::new(Pipelines::new(&device)),
+            pipelines: Mutex::new(Pipelines::new(&device, info.device_type == wgpu::DeviceType::Cpu)),
             store: Mutex::new(Store::default()),
             executing: Mutex::new(()),
             shaders: ShaderLibrary::default(),

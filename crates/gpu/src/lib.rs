@@ -8,6 +8,7 @@ mod adapter;
 mod error;
 mod executor;
 mod finite;
+mod hoist;
 mod layout;
 mod pass;
 mod pipeline;

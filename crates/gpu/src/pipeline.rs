@@ -1,11 +1,12 @@
 //! Compute pipelines and bind groups by name.
 
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap};
 
 use murano_scheduler::Stamp;
 
 use crate::{
     GpuError,
+    hoist::read_first,
     pass::Dispatch,
     shader::{Global, GlobalKind},
     store::Resource,
@@ -14,10 +15,12 @@ use crate::{
 pub(crate) struct Pipelines {
     compiled: HashMap<(Stamp, &'static str), wgpu::ComputePipeline>,
     sampler: wgpu::Sampler,
+    /// Of a software adapter.
+    software: bool,
 }
 
 impl Pipelines {
-    pub(crate) fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device, software: bool) -> Self {
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("linear, u repeats, v clamped"),
             address_mode_u: wgpu::AddressMode::Repeat,
@@ -27,7 +30,7 @@ impl Pipelines {
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..wgpu::SamplerDescriptor::default()
         });
-        Self { compiled: HashMap::new(), sampler }
+        Self { compiled: HashMap::new(), sampler, software }
     }
 
     pub(crate) fn get(&mut self, device: &wgpu::Device, dispatch: &Dispatch) -> wgpu::ComputePipeline {
@@ -35,9 +38,11 @@ impl Pipelines {
         self.compiled
             .entry((shader.stamp, dispatch.entry))
             .or_insert_with(|| {
+                // Compilers for real GPUs know best what to hold, and where.
+                let module = if self.software { read_first(shader, dispatch.entry) } else { shader.module.clone() };
                 let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
                     label: Some(shader.name),
-                    source: wgpu::ShaderSource::Wgsl(shader.wgsl.as_str().into()),
+                    source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
                 });
                 device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(shader.name),

@@ -74,16 +74,16 @@ pub(crate) struct Global {
     pub floats: Vec<bool>,
 }
 
-/// A linked shader: its WGSL, its stamp and its interface.
+/// A linked shader: its stamp, its code and its interface.
 pub struct Shader {
     /// Root module.
     pub name: &'static str,
-    /// The linked WGSL.
-    pub wgsl: String,
-    /// Hash of the WGSL.
+    /// Hash of its linked WGSL.
     pub stamp: Stamp,
     /// Layout of every named struct.
     pub structs: Vec<StructLayout>,
+    /// The linked WGSL, parsed.
+    pub(crate) module: naga::Module,
     /// Globals that each entry point uses.
     pub(crate) entries: HashMap<String, Vec<Global>>,
 }
@@ -146,7 +146,7 @@ fn linked_wgsl(spec: &ShaderSpec) -> Result<String, GpuError> {
     Ok(compiler.compile(&path(spec.root)?).map_err(|error| failed(error.to_string()))?.to_string())
 }
 
-fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
+pub(crate) fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
     let failed = |message: String| GpuError::Shader { shader: name.into(), message };
     let module = naga::front::wgsl::parse_str(&wgsl).map_err(|error| failed(error.emit_to_string(&wgsl)))?;
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::default())
@@ -183,7 +183,7 @@ fn reflect(name: &'static str, wgsl: String) -> Result<Shader, GpuError> {
         }
         entries.insert(entry.name.clone(), globals);
     }
-    Ok(Shader { name, stamp: Stamp::of(wgsl.as_bytes()), structs: struct_layouts(&module), wgsl, entries })
+    Ok(Shader { name, stamp: Stamp::of(wgsl.as_bytes()), structs: struct_layouts(&module), module, entries })
 }
 
 fn struct_layouts(module: &naga::Module) -> Vec<StructLayout> {

@@ -267,19 +267,11 @@ impl Renderer {
             .zip(executed.targets.chunks(4))
             .map(|(deposited, buffers)| {
                 let units: &[u32] = bytemuck::cast_slice(&buffers[0]);
-                let flux: &[f32] = bytemuck::cast_slice(&buffers[1]);
+                let flux: &[u32] = bytemuck::cast_slice(&buffers[1]);
                 let place: &[f32] = bytemuck::cast_slice(&buffers[2]);
                 let range: &[f32] = bytemuck::cast_slice(&buffers[3]);
-                let texels_from = |first: usize| {
-                    let rgb = |texel: usize| {
-                        if deposited.monochrome {
-                            [flux[texel]; 3]
-                        } else {
-                            [0, 1, 2].map(|channel| flux[4 * texel + channel])
-                        }
-                    };
-                    (first..first + finest).map(rgb).collect()
-                };
+                let texels_from =
+                    |first: usize| (first..first + finest).map(|texel| deposited.watts(flux, texel)).collect();
                 CausticAccount {
                     sent: f64::from(units[0]) * deposited.watts_per_unit,
                     landed: f64::from(units[1]) * deposited.watts_per_unit,
