@@ -77,7 +77,7 @@ struct Case {
 }
 
 /// Renders a case by every method and holds it to the most relative L1 for each of [`PHOTONS`], measured plus a fifth; energy to
-/// `ENERGY`, but to twice that where beams of 128 photons a side are as coarse as the caustic.
+/// `ENERGY`.
 fn judge(case: Case, methods: &[(Method, [f64; 3])]) {
     let Case { name, world, lamp, camera, square, exact } = case;
     let mut renderer = renderer(gpu(), world);
@@ -100,8 +100,7 @@ fn judge(case: Case, methods: &[(Method, [f64; 3])]) {
             let error = ours.iter().zip(&exact).map(|(a, b)| (*a - *b).abs()).sum::<DVec3>() / total;
             eprintln!("{name}, {method}, {photons}^2 photons: {energy:.4} of the energy, relative L1 {error:.4}");
             let worst = energy.to_array().map(|channel| off(channel, 1.0)).into_iter().fold(0.0, f64::max);
-            let most_off = if method == Method::Beams && photons == 128 { 2.0 * ENERGY } else { ENERGY };
-            assert!(worst <= most_off, "{name}, {method}, {photons}^2: {energy} of the energy");
+            assert!(worst <= ENERGY, "{name}, {method}, {photons}^2: {energy} of the energy");
             assert!(error.max_element() <= most, "{name}, {method}, {photons}^2: {error} > {most}");
         }
     }
@@ -483,8 +482,8 @@ fn ring_landings(direction: DVec3, landed: &mut dyn FnMut(DVec2, DVec3)) {
 #[test]
 fn a_ring_of_gold_in_the_sun_draws_the_caustic_of_the_closed_form() {
     let direction = DVec3::new(0.8, -0.6, 0.0);
-    // Within the walls.
-    let square = Square { half: 1.0, radius: 0.97 };
+    // Clear of the wall, along which 128 beams a side cut the corners of a circle: nearer to it some of its light lies within.
+    let square = Square { half: 1.0, radius: 0.95 };
     let case = Case {
         name: "ring of gold",
         exact: square.gather(|land| ring_landings(direction, land)),
