@@ -237,7 +237,7 @@ pub struct RefractRequest<'a> {
 }
 
 /// `vec4f` rows a pixel of the paths output.
-pub const PATH_ROWS: usize = 6;
+pub const PATH_ROWS: usize = 7;
 
 /// Adds the pass `refract:instance`: draws a body over what lies behind it. Returns the new picture and, where asked for,
 /// the paths: [`PATH_ROWS`] rows of `vec4f` a pixel, positions relative to the origin.

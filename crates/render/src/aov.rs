@@ -48,7 +48,7 @@ impl Layers<'_> {
             .map(|&name| {
                 let channels = match name {
                     "radiance" | "caustic" | "shadow" => RGB,
-                    "path_length" | "bounces" | "status" | "depth" | "entries" | "triangles" => SINGLE,
+                    "path_length" | "bounces" | "status" | "depth" | "entries" | "triangles" | "guessed" => SINGLE,
                     "motion" => XY,
                     _ => XYZ,
                 };
@@ -122,6 +122,7 @@ impl Layers<'_> {
             "caustic" => pixel.caustic,
             "entries" => single(path[4].w),
             "triangles" => single(path[5].w),
+            "guessed" => single(path[6].x),
             "motion" => DVec3::new(pixel.motion.x.into(), pixel.motion.y.into(), 0.0),
             _ => pixel.shadow,
         }

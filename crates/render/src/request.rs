@@ -171,7 +171,7 @@ pub struct AovLayer {
 }
 
 /// Names of every layer there is, in the order of [`Aov::layers`].
-pub const AOV_LAYERS: [&str; 16] = [
+pub const AOV_LAYERS: [&str; 17] = [
     "p1",
     "n1",
     "t1",
@@ -187,5 +187,6 @@ pub const AOV_LAYERS: [&str; 16] = [
     "shadow",
     "entries",
     "triangles",
+    "guessed",
     "motion",
 ];

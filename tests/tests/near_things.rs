@@ -1,0 +1,68 @@
+//! What light meets once it has left the glass: shown where the picture shows it, guessed where it cannot, and said so.
+
+use glam::DVec3;
+use murano_optics::Ior;
+use murano_refraction::{Method, Refraction};
+use murano_render::{Aov, Floor, View, World};
+use murano_scene::Environment;
+use murano_tests::bench::{asset, glass_body, gpu, renderer, scalars, settings, still, vectors};
+
+const SIDE: u32 = 128;
+
+/// A ball of radius 1 in white surroundings, over a black floor if there is one.
+fn ball(ior: f64, floor: Option<f64>) -> World {
+    World {
+        environment: Some(Environment { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }),
+        floor: floor.map(|height| Floor { height, center: [0.0; 2], half_extent: 50.0, albedo: [0.0; 3] }),
+        ..glass_body(&asset("sphere.glb"), Ior::new(ior).expect("an index"))
+    }
+}
+
+fn seen(world: World, view: View, refraction: Refraction) -> Aov {
+    let request = still(view, [SIDE; 2], refraction);
+    renderer(gpu(), world).render(&request).unwrap_or_else(|error| panic!("{error}")).aov.expect("asked for")
+}
+
+#[test]
+fn what_light_meets_fades_towards_the_border_of_the_picture_and_says_so() {
+    let view = View::look_at(2.0 * DVec3::Y, 1e-3 * DVec3::Z, 0.7);
+    // Bends nothing.
+    let aov = seen(ball(1.0001, Some(-1.5)), view, settings(Method::Layers, 5));
+    let (radiance, guessed) = (vectors(&aov, "radiance"), scalars(&aov, "guessed"));
+    let side = f64::from(SIDE);
+    for (index, (radiance, guessed)) in radiance.into_iter().zip(guessed).enumerate() {
+        let texel = [index as u32 % SIDE, index as u32 / SIDE].map(|place| f64::from(place) + 0.5);
+        let inwards = texel.into_iter().map(|place| place.min(side - place)).fold(f64::INFINITY, f64::min);
+        let expected = (1.0 - inwards / (side / 32.0)).max(0.0);
+        assert!((guessed - expected).abs() < 0.02, "pixel {texel:?}: {guessed} is a guess, not {expected}");
+        // The floor is black, the surroundings are white.
+        assert!((radiance - DVec3::splat(expected)).abs().max_element() < 0.02, "pixel {texel:?}: {radiance}");
+    }
+}
+
+#[test]
+fn light_that_meets_nothing_is_no_guess() {
+    let view = View::look_at(DVec3::new(0.0, 2.0, 4.0), DVec3::ZERO, 0.5);
+    let aov = seen(ball(1.5, None), view, settings(Method::Layers, 5));
+    assert!(scalars(&aov, "guessed").into_iter().all(|share| share == 0.0));
+}
+
+#[test]
+fn light_that_meets_what_the_picture_does_not_show_is_a_guess() {
+    // The floor lies far below the picture.
+    let view = View::look_at(DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, 0.3);
+    let aov = seen(ball(1.5, Some(-6.0)), view, settings(Method::Layers, 5));
+    let (mut down, mut up) = (0, 0);
+    // Zero where there is no glass.
+    for (exit, guessed) in vectors(&aov, "exit_direction").into_iter().zip(scalars(&aov, "guessed")) {
+        // Steep enough to meet the floor before it ends.
+        if exit.y < -0.3 {
+            down += 1;
+            assert_eq!(guessed, 1.0, "{exit} sees a floor that is not in the picture");
+        } else if exit.y > 0.0 {
+            up += 1;
+            assert_eq!(guessed, 0.0, "{exit} sees the surroundings");
+        }
+    }
+    assert!(down > 100 && up > 100, "{down} pixels look down, {up} up");
+}
