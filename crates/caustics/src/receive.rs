@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::{DMat4, DVec4, Mat4, UVec4, Vec3, Vec4};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Glass, LISTED_TILES, Viewpoint, over_listed_tiles, texels, tile_threads};
+use murano_refraction::{Glass, Viewpoint, listed_tiles, over_tile_lists, texels, tile_threads};
 use murano_scheduler::{Output, Plan};
 
 use crate::{Cast, Caster, CausticMap, level_texels, photons::texels_before};
@@ -56,14 +56,13 @@ pub fn receive(
         // What is opaque throws its shadow with everything else.
         _ => None,
     };
-    let shader = |root| {
+    let shader = |root, shades| {
         let spec = ShaderSpec::new(root)
-            .feature("shades", shade.is_some())
+            .feature("shades", shades)
             .feature("caustic", caustic_map.is_some())
             .feature("monochrome", caustic_map.is_some_and(|map| map.monochrome));
         gpu.shader(&spec)
     };
-    let [list, main] = [shader("caustics::receive_tiles")?, shader("caustics::receive")?];
     let from_eye = |viewpoint: &Viewpoint| viewpoint.world_from_view.inverse() * eye.world_from_view;
     let receivers = &cast.lamp.receivers;
     let to_lamp = if receivers.perspective { DVec4::W } else { DVec4::Z };
@@ -98,8 +97,16 @@ pub fn receive(
             .input("caustic_map", caustic_map.flux)
             .input("detail", caustic_map.detail);
     }
-    let pass = over_listed_tiles(pass, eye.size).dispatch(&list, "list", tile_threads(eye.size));
-    Ok(pass.dispatch(&main, "main", LISTED_TILES).add_to(plan)?[0])
+    let list = shader("caustics::receive_tiles", shade.is_some())?;
+    pass = over_tile_lists(pass, eye.size, 2).dispatch(&list, "list", tile_threads(eye.size));
+    // In the caster's shadow, then beside it: there is nothing but its caustic.
+    if shade.is_some() {
+        pass = pass.dispatch(&shader("caustics::receive", true)?, "main", listed_tiles(0));
+    }
+    if caustic_map.is_some() {
+        pass = pass.dispatch(&shader("caustics::receive", false)?, "main", listed_tiles(1));
+    }
+    Ok(pass.add_to(plan)?[0])
 }
 
 /// The most casters, or groups of them, that one pass gathers.

@@ -16,6 +16,6 @@ pub use settings::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
     TirPolicy, UnknownName,
 };
-pub use tiles::{LISTED_TILES, over_listed_tiles, texels, tile_threads};
+pub use tiles::{LISTED_TILES, listed_tiles, over_listed_tiles, over_tile_lists, texels, tile_threads};
 pub use tree::{RefittedTree, TriangleTree, thickness};
 pub use viewpoint::{FrameViewpoint, Viewpoint, ViewpointUniform};
