@@ -6,15 +6,15 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use murano_caustics::{Caustics, Method};
 use murano_metrics::irradiance::{IrradianceMap, RidgeSettings, encircled_energy_radius, ridge_position};
 use murano_optics::{Ior, analytic::BallLens, fresnel_dielectric};
 use murano_refraction::Interfaces;
-use murano_render::{FrameRequest, PlacedLight, View, World};
-use murano_scene::{Environment, LightKind, Scene};
+use murano_render::{FrameRequest, PlacedLight, Renderer, View, World};
+use murano_scene::{Environment, LightKind, Projection, Scene};
 use murano_tests::{
-    bench::{ExrLayers, asset, glass_body, gpu, renderer, scalars, shared},
+    bench::{ExrLayers, asset, body, glass_body, gpu, renderer, scalars, shared, vectors},
     caustics::{ENERGY, MAP_SIZE, account, floor, from_above, light, off, picture, request, streaks, with_method},
 };
 
@@ -398,5 +398,56 @@ fn caustics_agree_with_the_photon_tracer() {
             }
         }
         device = Some(renderer.into_gpu());
+    }
+}
+
+/// Caustic and shadow of a picture whose tiles of 8x8 pixels lie elsewhere than the picture's own: its eye stands so many pixels aside.
+fn beside(renderer: &mut Renderer, request: &FrameRequest, pixels: [u32; 2]) -> Vec<DVec3> {
+    let Projection::Orthographic { half_height } = request.view.projection else { panic!("a parallel view") };
+    let step = 2.0 * half_height / f64::from(request.size[1]);
+    let aside = DVec3::new(f64::from(pixels[0]), -f64::from(pixels[1]), 0.0) * step;
+    let world_from_view = request.view.world_from_view * DMat4::from_translation(aside);
+    let view = View { world_from_view, ..request.view };
+    let aov = picture(renderer, &FrameRequest { view, ..request.clone() }).aov.expect("asked for");
+    vectors(&aov, "caustic").into_iter().chain(vectors(&aov, "shadow")).collect()
+}
+
+#[test]
+fn what_a_pixel_sees_of_a_caustic_does_not_depend_on_the_tile_that_it_lies_in() {
+    const SIZE: [u32; 2] = [130, 70];
+    const ASIDE: [u32; 2] = [3, 5];
+    let lamps = [
+        sunlight(),
+        light(LightKind::Directional, DVec3::Y * 5.0, DVec3::new(0.5, -1.0, 0.2)),
+        spot(0.25, 0.3),
+        light(LightKind::Point, DVec3::new(1.5, 2.5, 0.5), DVec3::NEG_Y),
+    ];
+    let ring = World { floor: Some(floor(-0.18)), ..body(&asset("ring.glb")) };
+    for (world, height) in [(ball_above(FOCUS), -1.02), (ring, 3.0)] {
+        let mut renderer = renderer(gpu(), world);
+        for (lamp, map_size) in lamps.iter().zip([96, 130, 512, 1000]) {
+            for half in [0.02, 0.3, 4.0] {
+                let asked = request(from_above(height, half), SIZE[1], lamp.clone(), 128);
+                let caustics =
+                    Caustics { method: Method::Footprint, map_size, interfaces: Interfaces::All, photons: 128 };
+                let asked = FrameRequest { size: SIZE, caustics: Some(caustics), ..asked };
+                let [here, there] = [[0; 2], ASIDE].map(|aside| beside(&mut renderer, &asked, aside));
+                let pixels = (SIZE[0] * SIZE[1]) as usize;
+                let brightest = here[..pixels].iter().map(|light| light.max_element()).fold(0.0, f64::max);
+                for row in ASIDE[1]..SIZE[1] {
+                    for column in ASIDE[0]..SIZE[0] {
+                        let own = (row * SIZE[0] + column) as usize;
+                        let other = ((row - ASIDE[1]) * SIZE[0] + column - ASIDE[0]) as usize;
+                        let caustic = (here[own] - there[other]).abs().max_element() / brightest.max(1e-9);
+                        let shadow = (here[pixels + own] - there[pixels + other]).abs().max_element();
+                        let what = format!("{:?}, half {half}, [{column}, {row}]", lamp.light.kind);
+                        assert!(
+                            caustic < 2e-3 && shadow < 2e-3,
+                            "{what}: caustic off by {caustic}, shadow by {shadow}"
+                        );
+                    }
+                }
+            }
+        }
     }
 }

@@ -1,10 +1,10 @@
 //! What light meets once it has left the glass: shown where the picture shows it, guessed where it cannot, and said so.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use murano_optics::Ior;
 use murano_refraction::{Method, Refraction};
 use murano_render::{Aov, Floor, View, World};
-use murano_scene::Environment;
+use murano_scene::{Environment, Local, Material, Mesh, Node, Primitive, Transform};
 use murano_tests::bench::{asset, glass_body, gpu, renderer, scalars, settings, still, vectors};
 
 const SIDE: u32 = 128;
@@ -65,4 +65,58 @@ fn light_that_meets_what_the_picture_does_not_show_is_a_guess() {
         }
     }
     assert!(down > 100 && up > 100, "{down} pixels look down, {up} up");
+}
+
+/// A tall block of opaque stuff beside and behind the ball: its corners.
+const BLOCK: [DVec3; 2] = [DVec3::new(1.2, -2.0, -3.0), DVec3::new(2.0, 4.0, -2.0)];
+
+fn with_block(mut world: World) -> World {
+    let corner = |i: usize| {
+        let side = |axis: usize| BLOCK[(i >> axis) & 1][axis] as f32;
+        Vec3::new(side(0), side(1), side(2))
+    };
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let scene = &mut world.scene;
+    let block = Primitive {
+        positions: (0..8).map(corner).collect(),
+        triangles: faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        material: Some(scene.materials.len()),
+        ..Primitive::default()
+    };
+    scene.materials.push(Material::default());
+    scene.meshes.push(Mesh { name: "block".into(), primitives: vec![block] });
+    scene.roots.push(scene.nodes.len());
+    let local = Local::Trs(Transform::IDENTITY);
+    scene.nodes.push(Node { name: "block".into(), local, mesh: Some(scene.meshes.len() - 1), ..Node::default() });
+    world
+}
+
+/// Whether a ray meets the block, or passes it by less than this.
+fn meets_block(origin: DVec3, direction: DVec3, margin: f64) -> bool {
+    let [to_low, to_high] = [BLOCK[0] - margin, BLOCK[1] + margin].map(|corner| (corner - origin) / direction);
+    to_low.min(to_high).max_element().max(0.0) < to_low.max(to_high).min_element()
+}
+
+#[test]
+fn light_that_passes_things_by_sees_the_surroundings_where_it_goes() {
+    let view = View::look_at(DVec3::new(0.0, 0.5, 6.0), DVec3::new(0.5, 0.3, 0.0), 0.9);
+    let colours = (0..8_u16).map(|i| [f32::from(i & 1), f32::from((i >> 1) & 1), f32::from(i >> 2)]).collect();
+    let surroundings = Environment { width: 4, height: 2, pixels: colours };
+    let alone = || World { environment: Some(surroundings.clone()), ..ball(1.5, None) };
+    let [beside, alone] = [with_block(alone()), alone()].map(|world| seen(world, view, settings(Method::Exact, 5)));
+    let rays = vectors(&alone, "p2").into_iter().zip(vectors(&alone, "exit_direction"));
+    let shown = vectors(&beside, "radiance").into_iter().zip(vectors(&alone, "radiance"));
+    let (mut by, mut met) = (0, 0);
+    for (((p2, exit), (radiance, expected)), guessed) in rays.zip(shown).zip(scalars(&beside, "guessed")) {
+        if exit == DVec3::ZERO {
+            continue;
+        }
+        if !meets_block(p2, exit, 0.3) && guessed == 0.0 {
+            by += 1;
+            assert!((radiance - expected).abs().max_element() < 2e-3, "{exit} from {p2}: {radiance}, not {expected}");
+        } else if guessed == 0.0 && meets_block(p2, exit, -0.3) {
+            met += usize::from((radiance - expected).length() > 0.01);
+        }
+    }
+    assert!(by > 1000 && met > 10, "{by} pixels look past the block, {met} at it");
 }

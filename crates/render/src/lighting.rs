@@ -114,6 +114,10 @@ impl FramePlan<'_> {
                     plan.cull("emit", pair, "no receiver is in the light's view")?;
                     continue;
                 }
+                if self.request.caustics.is_none() && matches!(caster, Caster::Mirror(_)) {
+                    plan.cull("receive", pair, "a mirror throws its shadow with everything opaque")?;
+                    continue;
+                }
                 let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
                 received.extend(self.cast(plan, &thrower, side, seen.surfaces)?);
