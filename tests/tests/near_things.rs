@@ -103,12 +103,16 @@ fn light_that_passes_things_by_sees_the_surroundings_where_it_goes() {
     let colours = (0..8_u16).map(|i| [f32::from(i & 1), f32::from((i >> 1) & 1), f32::from(i >> 2)]).collect();
     let surroundings = Environment { width: 4, height: 2, pixels: colours };
     let alone = || World { environment: Some(surroundings.clone()), ..ball(1.5, None) };
-    let [beside, alone] = [with_block(alone()), alone()].map(|world| seen(world, view, settings(Method::Exact, 5)));
+    // The ball stands between floor and block's top, in the box around everything opaque.
+    let floor = Floor { height: -2.0, center: [0.0; 2], half_extent: 6.0, albedo: [0.5; 3] };
+    let beside = World { floor: Some(floor), ..with_block(alone()) };
+    let [beside, alone] = [beside, alone()].map(|world| seen(world, view, settings(Method::Exact, 5)));
     let rays = vectors(&alone, "p2").into_iter().zip(vectors(&alone, "exit_direction"));
     let shown = vectors(&beside, "radiance").into_iter().zip(vectors(&alone, "radiance"));
     let (mut by, mut met) = (0, 0);
     for (((p2, exit), (radiance, expected)), guessed) in rays.zip(shown).zip(scalars(&beside, "guessed")) {
-        if exit == DVec3::ZERO {
+        // Of what goes up, so that it does not meet the floor.
+        if exit.y <= 0.0 {
             continue;
         }
         if !meets_block(p2, exit, 0.3) && guessed == 0.0 {
@@ -118,5 +122,5 @@ fn light_that_passes_things_by_sees_the_surroundings_where_it_goes() {
             met += usize::from((radiance - expected).length() > 0.01);
         }
     }
-    assert!(by > 1000 && met > 10, "{by} pixels look past the block, {met} at it");
+    assert!(by > 400 && met > 10, "{by} pixels look past the block, {met} at it");
 }
