@@ -232,7 +232,7 @@ fn nothing_mapped(any: Output) -> InterfaceMap {
 /// The most relative L1 at 128, 256 and 512 photons a side.
 fn limits(mesh: &str) -> Option<[f64; 3]> {
     match mesh {
-        "bumpy20k.glb" => Some([0.065, 0.03, 0.016]),
+        "bumpy20k.glb" => Some([0.047, 0.0225, 0.014]),
         "bunny_69k.glb" => Some([0.16, 0.075, 0.035]),
         _ => None,
     }
@@ -264,7 +264,7 @@ fn footprints_of_exact_paths_reach_the_truth() {
             );
             assert!(error <= most, "{mesh}, {photons}^2: {error} > {most}");
             assert!((kept - 1.0).abs() <= 0.005, "{mesh}, {photons}^2: {kept} of the light");
-            assert!(photons < 256 || streaks <= 0.005, "{mesh}, {photons}^2: {streaks} of the flux in streaks");
+            assert!(streaks <= 0.005, "{mesh}, {photons}^2: {streaks} of the flux in streaks");
         }
     }
 }
