@@ -1,11 +1,11 @@
 //! What light meets once it has left the glass: shown where the picture shows it, guessed where it cannot, and said so.
 
-use glam::{DVec3, Vec3};
+use glam::{DQuat, DVec3, Vec3};
 use murano_optics::Ior;
-use murano_refraction::{Method, Refraction};
+use murano_refraction::{Interfaces, Method, Refraction};
 use murano_render::{Aov, Floor, View, World};
 use murano_scene::{Environment, Local, Material, Mesh, Node, Primitive, Transform};
-use murano_tests::bench::{asset, glass_body, gpu, renderer, scalars, settings, still, vectors};
+use murano_tests::bench::{Distribution, asset, glass_body, gpu, renderer, scalars, settings, still, vectors};
 
 const SIDE: u32 = 128;
 
@@ -123,4 +123,73 @@ fn light_that_passes_things_by_sees_the_surroundings_where_it_goes() {
         }
     }
     assert!(by > 400 && met > 10, "{by} pixels look past the block, {met} at it");
+}
+
+/// Two rings of coloured glass that bends nothing, each through the other, in white surroundings; one of them alone.
+fn rings(alone: Option<usize>) -> World {
+    let mut world = glass_body(&asset("torus.glb"), Ior::new(1.0001).expect("an index"));
+    let scene = &mut world.scene;
+    let first = scene.nodes.iter().position(|node| node.mesh.is_some()).expect("a ring");
+    let mesh = scene.nodes[first].mesh.expect("a ring");
+    let glass = scene.materials[scene.meshes[mesh].primitives[0].material.expect("glass")].clone();
+    let colours = [Vec3::new(0.9, 0.4, 0.2), Vec3::new(0.3, 0.5, 0.9)];
+    let places = [
+        Transform { translation: -0.5 * DVec3::X, ..Transform::IDENTITY },
+        Transform {
+            translation: 0.5 * DVec3::X,
+            rotation: DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2),
+            ..Transform::IDENTITY
+        },
+    ];
+    let ring = scene.meshes[mesh].clone();
+    (scene.nodes, scene.roots) = (Vec::new(), Vec::new());
+    for (body, (colour, place)) in colours.into_iter().zip(places).enumerate() {
+        if alone.is_some_and(|alone| alone != body) {
+            continue;
+        }
+        let mut coloured = ring.clone();
+        coloured.primitives[0].material = Some(scene.materials.len());
+        scene.materials.push(Material { attenuation_color: colour, attenuation_distance: 0.5, ..glass.clone() });
+        scene.meshes.push(coloured);
+        scene.roots.push(scene.nodes.len());
+        scene.nodes.push(Node {
+            name: format!("ring {body}"),
+            local: Local::Trs(place),
+            mesh: Some(scene.meshes.len() - 1),
+            ..Node::default()
+        });
+    }
+    World { environment: Some(Environment { width: 2, height: 1, pixels: vec![[1.0; 3]; 2] }), floor: None, ..world }
+}
+
+#[test]
+fn interlocked_bodies_are_seen_through_one_another_whichever_is_in_front() {
+    let view = View::look_at(DVec3::new(1.0, 2.0, 6.0), DVec3::ZERO, 0.5);
+    let look = |alone, interfaces| {
+        let refraction = Refraction { interfaces, reflection: false, ..settings(Method::Layers, 5) };
+        seen(rings(alone), view, refraction)
+    };
+    let both = look(None, Interfaces::Two);
+    let [first, second] = [0, 1].map(|body| {
+        let [once, whole] = [Interfaces::Two, Interfaces::All].map(|interfaces| look(Some(body), interfaces));
+        // A ray that meets the ring twice does not come straight out of it at its exit.
+        let single: Vec<bool> = vectors(&once, "radiance")
+            .into_iter()
+            .zip(vectors(&whole, "radiance"))
+            .map(|(once, whole)| (once - whole).abs().max_element() < 1e-4)
+            .collect();
+        let status = scalars(&once, "status");
+        (vectors(&once, "radiance"), scalars(&once, "depth"), status, single)
+    });
+    let (mut in_front, mut off) = ([0, 0], Vec::new());
+    for (index, shown) in vectors(&both, "radiance").into_iter().enumerate() {
+        if [&first, &second].iter().all(|ring| ring.2[index] == 1.0 && ring.3[index]) {
+            in_front[usize::from(second.1[index] < first.1[index])] += 1;
+            // Whichever absorbs first.
+            off.push((shown - first.0[index] * second.0[index]).abs().max_element());
+        }
+    }
+    let off = Distribution::of(off);
+    assert!(off.max < 0.01 && off.mean < 3e-4, "radiance is off by {off}");
+    assert!(in_front[0] > 200 && in_front[1] > 200, "{in_front:?} pixels have one or the other in front");
 }

@@ -11,7 +11,9 @@ mod tree;
 mod viewpoint;
 
 pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, interface_map, rasterise};
-pub use refract::{Glass, Layered, PATH_ROWS, RefractRequest, Spectrum, refract, traced, with_maps};
+pub use refract::{
+    Firsts, Glass, Layered, PATH_ROWS, RefractRequest, Spectrum, Turn, first_interfaces, refract, traced, with_maps,
+};
 pub use settings::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
     TirPolicy, UnknownName,

@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use murano_animation::Bounds;
-use murano_gpu::{ComputePass, Gpu, GpuError, ShaderSpec, Work};
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_optics::{Ior, absorption_coefficient, dispersed_ior, visible_spectrum};
 use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
@@ -76,6 +76,8 @@ struct Params {
     roughness: f32,
     sample_width: f32,
     sample: u32,
+    bodies: u32,
+    rank: u32,
 }
 
 /// Wavelengths and what each adds to the picture (`refraction::spectrum::Spectrum`).
@@ -232,8 +234,61 @@ pub struct RefractRequest<'a> {
     /// Which of the pixel's samples it is, from 0; `None` for the only one. Of several, the last of the paths that are followed carries
     /// all light that is left and goes one way at each interface, by chance.
     pub sample: Option<u32>,
+    /// The body's turn among others; `None` where it is in front of all that is drawn before it.
+    pub turn: Option<Turn>,
     /// Whether to write the paths.
     pub aov: bool,
+}
+
+/// How far the first interfaces of some bodies lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Firsts {
+    /// `f32` a pixel and body, a pixel's side by side: depth, metres; 0 where it has none.
+    depths: Output,
+    /// How many.
+    bodies: u32,
+}
+
+/// Of bodies that have no order but each pixel's own, one is drawn into those pixels where it is the farthest that is still to be drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// Of all of them.
+    pub firsts: Firsts,
+    /// Which one, in the order of `firsts`.
+    pub rank: u32,
+}
+
+/// Adds the pass `firsts:instance`: how far a body's first interface lies, beside those of others `before` it. Of the request it takes
+/// what tells the map apart.
+///
+/// # Errors
+/// [`GpuError`] if a shader or the plan is defective.
+pub fn first_interfaces(
+    gpu: &Gpu,
+    plan: &mut Plan<Work>,
+    map: &InterfaceMap,
+    before: Option<Firsts>,
+    request: &RefractRequest<'_>,
+) -> Result<Firsts, GpuError> {
+    let spec = ShaderSpec::new("refraction::firsts")
+        .feature("thin", request.glass.thin)
+        .feature("inside_map", request.inside_map.is_some())
+        .feature("has_before", before.is_some());
+    let shader = gpu.shader(&spec)?;
+    let size = request.viewpoint.viewpoint.size;
+    let bodies = before.map_or(0, |before| before.bodies);
+    let mut pass = ComputePass::new("firsts", request.instance)
+        .value("bodies_before", &bodies)
+        .output("firsts", 4 * u64::from(bodies + 1) * texels(size));
+    if let Some(before) = before {
+        pass = pass.input("firsts_before", before.depths);
+    }
+    if let Some(inside_map) = request.inside_map {
+        pass = pass.input("inside_map", inside_map);
+    }
+    let pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, MOST_INTERFACES);
+    let depths = pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0];
+    Ok(Firsts { depths, bodies: bodies + 1 })
 }
 
 /// `vec4f` rows a pixel of the paths output.
@@ -264,6 +319,7 @@ pub fn refract(
         .feature("rough", request.rough && request.refraction.method != Method::Screen)
         .feature("aov", request.aov)
         .feature("inside_map", request.inside_map.is_some())
+        .feature("among", request.turn.is_some())
         .feature(
             "by_chance",
             request.sample.is_some() && !request.glass.thin && request.refraction.branches_followed() > 1,
@@ -286,6 +342,8 @@ pub fn refract(
         roughness: request.glass.roughness,
         sample_width: request.sample_width,
         sample: request.sample.unwrap_or(0),
+        bodies: request.turn.map_or(0, |turn| turn.firsts.bodies),
+        rank: request.turn.map_or(0, |turn| turn.rank),
     };
     let count = texels(viewpoint.size);
     let pass = ComputePass::new("refract", request.instance)
@@ -306,6 +364,9 @@ pub fn refract(
     }
     if let Some(inside_map) = request.inside_map {
         pass = pass.input("inside_map", inside_map);
+    }
+    if let Some(turn) = &request.turn {
+        pass = pass.input("firsts", turn.firsts.depths);
     }
     if request.aov {
         pass = pass.cleared_output("paths", 16 * PATH_ROWS as u64 * count);
@@ -374,6 +435,8 @@ mod tests {
                     roughness: 11.0,
                     sample_width: 12.0,
                     sample: 13,
+                    bodies: 14,
+                    rank: 15,
                 }
             )
             .unwrap();

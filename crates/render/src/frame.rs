@@ -6,8 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::{CausticMap, Mirror};
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    FrameViewpoint, Glass, InterfaceMap, LISTED_TILES, Layered, Layers, Mapped, RefractRequest, Refraction, Viewpoint,
-    interface_map, over_listed_tiles, rasterise, refract, texels, thickness, tile_threads,
+    Glass, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise, texels,
+    thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
@@ -16,7 +16,8 @@ use crate::{
     FrameRequest, Moment, ToneMap, View,
     bodies::{Body, Sorted},
     distant::Distant,
-    looks::{Looks, SurfaceSource},
+    looks::Looks,
+    order::back_to_front,
 };
 
 /// What a frame is made from: a world made ready.
@@ -198,17 +199,6 @@ pub(crate) struct PosedMirror {
     pub(crate) bounds: Bounds,
 }
 
-/// Farthest first.
-fn back_to_front<'a>(bodies: &'a [PosedBody], eye: &Viewpoint) -> Vec<&'a PosedBody> {
-    let view_from_world = eye.world_from_view.inverse();
-    let mut sorted: Vec<_> = bodies.iter().collect();
-    sorted.sort_by(|a, b| {
-        let depth = |body: &PosedBody| view_from_world.transform_point3(body.bounds.center()).z;
-        depth(a).total_cmp(&depth(b))
-    });
-    sorted
-}
-
 /// A point near what is shown, on a grid coarse enough that a body moving about keeps its origin.
 fn origin(bounds: &Bounds) -> DVec3 {
     if bounds.is_empty() {
@@ -243,9 +233,9 @@ pub(crate) struct FramePlan<'a> {
     pub(crate) eye: Viewpoint,
     /// How far photons are followed, metres.
     pub(crate) reach: f64,
-    environment: Output,
+    pub(crate) environment: Output,
     /// Of each pixel, from 0.
-    sample: u32,
+    pub(crate) sample: u32,
     /// Whether the layers beside the picture are wanted of this sample.
     pub(crate) aov: bool,
     pub(crate) accounts: Vec<CausticMap>,
@@ -265,9 +255,10 @@ impl FramePlan<'_> {
         let mut paths = Vec::new();
         // Each body is in the picture that the next, nearer one looks at.
         let mut drawn = *opaque_bounds;
-        for body in back_to_front(bodies, &self.eye) {
-            layered = self.refract(plan, body, layered, &drawn, &mut paths)?;
-            drawn = drawn.union(body.bounds);
+        let boxes: Vec<Bounds> = bodies.iter().map(|body| body.bounds).collect();
+        for group in back_to_front(&boxes, &self.eye) {
+            let group = group.into_iter().map(|body| &bodies[body]);
+            layered = self.draw_glass(plan, group, layered, &mut drawn, &mut paths)?;
         }
         Ok((layered, paths, light_layers))
     }
@@ -396,94 +387,6 @@ impl FramePlan<'_> {
             albedo: outputs[1],
             layered: Layered { colour: outputs[2], cover: outputs[3] },
         })
-    }
-
-    /// Draws one body over what lies behind it.
-    fn refract(
-        &self,
-        plan: &mut Plan<Work>,
-        body: &PosedBody,
-        behind: Layered,
-        drawn: &Bounds,
-        paths: &mut Vec<Output>,
-    ) -> Result<Layered, GpuError> {
-        if !self.eye.sees(&body.bounds) {
-            plan.cull("eye_map", body.index, "the body is out of the picture")?;
-            plan.cull("refract", body.index, "the body is out of the picture")?;
-            return Ok(behind);
-        }
-        let refraction = &body.refraction(&self.request.refraction);
-        let key = ("eye_map", body.index);
-        let layers = refraction.layers();
-        let eye = self.eye.in_frame(self.origin);
-        let map = interface_map(self.stock.gpu, plan, key, &body.mapped, &eye, layers)?;
-        let source = self.stock.looks.bodies[body.index as usize].surface.as_ref();
-        let surface = source
-            .map(|source| {
-                self.glass_surface(plan, ("glass_surface", body.index), (&eye, self.sample_width()), source, &map)
-            })
-            .transpose()?
-            .flatten();
-        let farthest = matches!(layers, Layers::FarthestBack { .. });
-        let inside_map = if farthest && self.eye.begins_within(&body.bounds) {
-            let key = ("inside_map", body.index);
-            interface_map(self.stock.gpu, plan, key, &body.mapped, &eye, Layers::NearestBack)?.back
-        } else {
-            None
-        };
-        let request = RefractRequest {
-            instance: body.index,
-            object: 0x8000_0000 | body.index,
-            viewpoint: &eye,
-            bounds: &body.bounds,
-            glass: &body.glass,
-            refraction,
-            drawn,
-            inside_map,
-            surface,
-            rough: self.stock.looks.bodies[body.index as usize].rough,
-            sample_width: self.sample_width(),
-            sample: (self.request.samples > 1).then_some(self.sample),
-            aov: self.aov,
-        };
-        let (layered, written) = refract(self.stock.gpu, plan, &map, behind, self.environment, &request)?;
-        paths.extend(written);
-        Ok(layered)
-    }
-
-    /// A body's first interface as a viewpoint sees it, where that is not the same everywhere, through rays that sample so wide a part
-    /// of their texel.
-    pub(crate) fn glass_surface(
-        &self,
-        plan: &mut Plan<Work>,
-        (name, instance): (&'static str, u32),
-        (viewpoint, sample_width): (&FrameViewpoint, f32),
-        source: &SurfaceSource,
-        map: &InterfaceMap,
-    ) -> Result<Option<Output>, GpuError> {
-        let Some(front_triangles) = map.front_triangles else { return Ok(None) };
-        let tangents = map.geometry.tangents.filter(|_| source.textured);
-        let spec = ShaderSpec::new("render::glass_surface")
-            .feature("textured", source.textured)
-            .feature("framed", tangents.is_some());
-        let shader = self.stock.gpu.shader(&spec)?;
-        let size = viewpoint.viewpoint.size;
-        let mut pass = viewpoint
-            .tell(ComputePass::new(name, instance), "viewpoint")
-            .input("positions", map.geometry.positions)
-            .input("triangles", map.geometry.triangles)
-            .input("front_triangles", front_triangles)
-            .cleared_output("glass_surface", 32 * texels(size));
-        if source.textured {
-            pass = pass.input("normals", map.geometry.normals).value("sample_width", &sample_width);
-        }
-        if let Some(tangents) = tangents {
-            pass = pass.input("tangents", tangents);
-        }
-        for (name, stamp, leaf) in &source.buffers {
-            pass = pass.input(name, plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
-        }
-        Ok(Some(pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0]))
     }
 
     /// Maps tones, packs sRGB; filters silhouettes where one sample of each pixel is all there is.

@@ -23,11 +23,12 @@ mod swan;
 mod tests;
 mod trig;
 
+use std::f64::consts::TAU;
 use std::path::Path;
 
 use anyhow::Context as _;
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use glb::{Document, Shape, Target};
 use material::Glass;
@@ -77,6 +78,7 @@ pub fn generate() -> Vec<Asset> {
     assets.push(Asset { name: "swan.glb", bytes: swan::swan().to_glb() });
     assets.push(Asset { name: "pool.glb", bytes: panes::pool() });
     assets.push(Asset { name: "window.glb", bytes: panes::window() });
+    assets.push(Asset { name: "links.glb", bytes: chain_file() });
     assets.push(Asset { name: "studio.hdr", bytes: studio::studio_hdr() });
     assets
 }
@@ -97,23 +99,57 @@ fn gold_file(title: &str, surface: &Surface) -> Vec<u8> {
     finish_body(document, title, surface, material)
 }
 
+/// A file with three rings of coloured glass, each through the next.
+fn chain_file() -> Vec<u8> {
+    const RING: f64 = 0.5;
+    const TUBE: f64 = 0.14;
+    const APART: f64 = 0.6;
+    let mut document = Document::default();
+    let geometry = add_surface(&mut document, &optics_bodies::torus_of(RING, TUBE, 64, 28));
+    // An eighth of a turn to either side of level, so that each leans across the next.
+    let (turn_sine, turn_cosine) = (trig::sin(TAU / 16.0), trig::cos(TAU / 16.0));
+    let height = RING * trig::sin(TAU / 8.0) + TUBE;
+    let colours =
+        [("Ruby glass", [0.95, 0.22, 0.18]), ("Honey glass", [1.0, 0.72, 0.25]), ("Cobalt glass", [0.2, 0.42, 0.95])];
+    let links = [(-1.0, 1.0), (0.0, -1.0), (1.0, 1.0)];
+    let mut nodes = Vec::new();
+    for ((name, colour), (place, side)) in colours.into_iter().zip(links) {
+        let glass = Glass { name, ior: 1.5, thickness: 2.0 * TUBE, attenuation: Some((colour, 2.0 * TUBE)) };
+        let material = glass.add_to(&mut document);
+        let mesh = add_mesh(&mut document, name, &geometry, material);
+        nodes.push(document.push(
+            "nodes",
+            json!({
+                "name": name,
+                "mesh": mesh,
+                "translation": [place * APART, height, 0.0],
+                "rotation": [side * turn_sine, 0.0, 0.0, turn_cosine],
+            }),
+        ));
+    }
+    document.finish(&nodes)
+}
+
 fn finish_body(mut document: Document, title: &str, surface: &Surface, material: usize) -> Vec<u8> {
+    let geometry = add_surface(&mut document, surface);
+    let mesh = add_mesh(&mut document, title, &geometry, material);
+    let node = document.push("nodes", json!({ "name": title, "mesh": mesh }));
+    document.finish(&[node])
+}
+
+/// Attributes and indices of a primitive.
+fn add_surface(document: &mut Document, surface: &Surface) -> Value {
     let positions = document.floats(&flatten(&surface.positions), Shape::Vec3, Some(Target::Vertices), true);
     let normals = document.floats(&flatten(&surface.normals), Shape::Vec3, Some(Target::Vertices), false);
     let indices = document.indices(&surface.triangles);
-    let mesh = document.push(
-        "meshes",
-        json!({
-            "name": title,
-            "primitives": [{
-                "attributes": { "POSITION": positions, "NORMAL": normals },
-                "indices": indices,
-                "material": material,
-            }],
-        }),
-    );
-    let node = document.push("nodes", json!({ "name": title, "mesh": mesh }));
-    document.finish(&[node])
+    json!({ "attributes": { "POSITION": positions, "NORMAL": normals }, "indices": indices })
+}
+
+/// A mesh of one primitive.
+fn add_mesh(document: &mut Document, name: &str, geometry: &Value, material: usize) -> usize {
+    let mut primitive = geometry.clone();
+    primitive["material"] = json!(material);
+    document.push("meshes", json!({ "name": name, "primitives": [primitive] }))
 }
 
 fn flatten(vectors: &[DVec3]) -> Vec<f32> {

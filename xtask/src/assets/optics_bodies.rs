@@ -156,23 +156,24 @@ pub fn ring() -> Surface {
 
 /// Torus about the y axis: ring radius 1, tube radius 0.4.
 pub fn torus() -> Surface {
-    const RING: f64 = 1.0;
-    const TUBE: f64 = 0.4;
-    const AROUND: u32 = 160;
-    const ACROSS: u32 = 72;
+    torus_of(1.0, 0.4, 160, 72)
+}
+
+/// Torus about the y axis of these radii, of so many quads around the ring and around the tube.
+pub fn torus_of(ring: f64, tube: f64, around: u32, across: u32) -> Surface {
     let mut surface = Surface::default();
-    for i in 0..AROUND {
-        let (sine, cosine) = sin_cos(TAU * f64::from(i) / f64::from(AROUND));
+    for i in 0..around {
+        let (sine, cosine) = sin_cos(TAU * f64::from(i) / f64::from(around));
         let outwards = DVec3::new(cosine, 0.0, sine);
-        for j in 0..ACROSS {
-            let (up, out) = sin_cos(TAU * f64::from(j) / f64::from(ACROSS));
+        for j in 0..across {
+            let (up, out) = sin_cos(TAU * f64::from(j) / f64::from(across));
             let normal = outwards * out + DVec3::Y * up;
-            surface.push(outwards * RING + normal * TUBE, normal);
+            surface.push(outwards * ring + normal * tube, normal);
         }
     }
-    let at = |i: u32, j: u32| (i % AROUND) * ACROSS + j % ACROSS;
-    for i in 0..AROUND {
-        for j in 0..ACROSS {
+    let at = |i: u32, j: u32| (i % around) * across + j % across;
+    for i in 0..around {
+        for j in 0..across {
             surface.push_quad([at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)]);
         }
     }
