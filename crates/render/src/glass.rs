@@ -38,13 +38,9 @@ impl FramePlan<'_> {
         for body in bodies {
             group.extend(self.map_body(plan, body)?);
         }
-        let together = group.iter().fold(*drawn, |all, mapped| all.union(mapped.body.bounds));
-        let several = group.len() > 1;
-        // Each of several is in the picture that the others look at.
-        let looked_at = if several { together } else { *drawn };
         let mut firsts = None;
-        for mapped in group.iter().filter(|_| several) {
-            let request = self.refract_request(mapped, &looked_at, mapped.body.index, None);
+        for mapped in group.iter().filter(|_| group.len() > 1) {
+            let request = self.refract_request(mapped, drawn, mapped.body.index, None);
             firsts = Some(first_interfaces(self.stock.gpu, plan, &mapped.map, firsts, &request)?);
         }
         let mut layered = behind;
@@ -54,12 +50,12 @@ impl FramePlan<'_> {
             let mapped = &group[rank];
             let turn = firsts.map(|firsts| Turn { firsts, rank: rank as u32 });
             let instance = mapped.body.index + (round * self.stock.sorted.bodies.len()) as u32;
-            let request = self.refract_request(mapped, &looked_at, instance, turn);
+            let request = self.refract_request(mapped, drawn, instance, turn);
             let (over, written) = refract(self.stock.gpu, plan, &mapped.map, layered, self.environment, &request)?;
             layered = over;
             paths.extend(written);
+            *drawn = drawn.union(mapped.body.bounds);
         }
-        *drawn = together;
         Ok(layered)
     }
 
