@@ -207,7 +207,7 @@ pub struct Layered {
 
 /// What the refract pass is told besides its maps.
 pub struct RefractRequest<'a> {
-    /// Tells bodies apart in the plan.
+    /// Tells bodies, and the times that one is drawn, apart in the plan.
     pub instance: u32,
     /// The body's number among all objects.
     pub object: u32,
@@ -258,8 +258,8 @@ pub struct Turn {
     pub rank: u32,
 }
 
-/// Adds the pass `firsts:instance`: how far a body's first interface lies, beside those of others `before` it. Of the request it takes
-/// what tells the map apart.
+/// Adds the pass `firsts:instance`: how far a body's first interface lies, beside those of others `before` it; by a unit in the last place
+/// nearer than one of theirs in place of as far.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -286,7 +286,13 @@ pub fn first_interfaces(
     if let Some(inside_map) = request.inside_map {
         pass = pass.input("inside_map", inside_map);
     }
-    let pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, MOST_INTERFACES);
+    let ball = request.viewpoint.viewpoint.sphere(request.bounds).as_vec4();
+    let pass = request
+        .viewpoint
+        .tell(pass, "map_viewpoint")
+        .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0 })
+        .input("front", map.front)
+        .input("back", map.back.unwrap_or(map.front));
     let depths = pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0];
     Ok(Firsts { depths, bodies: bodies + 1 })
 }

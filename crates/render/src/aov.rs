@@ -10,7 +10,7 @@ pub(crate) struct Layers<'a> {
     pub(crate) origin: DVec3,
     pub(crate) pixels: usize,
     pub(crate) colour: &'a [u8],
-    /// One buffer a body.
+    /// One buffer each time that a body is drawn.
     pub(crate) paths: &'a [Vec<u8>],
     /// One buffer a lamp.
     pub(crate) lights: &'a [Vec<u8>],

@@ -242,7 +242,7 @@ pub(crate) struct FramePlan<'a> {
 }
 
 impl FramePlan<'_> {
-    /// What the eye sees through one point of each pixel, with the paths of each body and the layers of each lamp.
+    /// What the eye sees through one point of each pixel, with the paths of each drawing of a body and the layers of each lamp.
     fn see(
         &mut self,
         plan: &mut Plan<Work>,
@@ -255,10 +255,15 @@ impl FramePlan<'_> {
         let mut paths = Vec::new();
         // Each body is in the picture that the next, nearer one looks at.
         let mut drawn = *opaque_bounds;
-        let boxes: Vec<Bounds> = bodies.iter().map(|body| body.bounds).collect();
+        let (visible, unseen): (Vec<_>, Vec<_>) = bodies.iter().partition(|body| self.eye.sees(&body.bounds));
+        for body in unseen {
+            plan.cull("eye_map", body.index, "the body is out of the picture")?;
+            plan.cull("refract", body.index, "the body is out of the picture")?;
+        }
+        let boxes: Vec<Bounds> = visible.iter().map(|body| body.bounds).collect();
         for group in back_to_front(&boxes, &self.eye) {
-            let group = group.into_iter().map(|body| &bodies[body]);
-            layered = self.draw_glass(plan, group, layered, &mut drawn, &mut paths)?;
+            let group: Vec<_> = group.into_iter().map(|placed| (visible[placed.body], placed.rounds)).collect();
+            layered = self.draw_glass(plan, &group, layered, &mut drawn, &mut paths)?;
         }
         Ok((layered, paths, light_layers))
     }

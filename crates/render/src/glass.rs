@@ -24,47 +24,39 @@ struct MappedBody<'a> {
 }
 
 impl FramePlan<'_> {
-    /// Draws bodies over what lies behind them; of several each pixel's farthest first, in rounds of all of them, of which each draws
-    /// those pixels where it is next.
-    pub(crate) fn draw_glass<'a>(
+    /// Draws bodies over what lies behind them; of several each pixel's farthest first, in rounds, in each of which every body draws those
+    /// pixels where it is next. With each body, how many rounds it takes part in.
+    pub(crate) fn draw_glass(
         &self,
         plan: &mut Plan<Work>,
-        bodies: impl Iterator<Item = &'a PosedBody>,
+        bodies: &[(&PosedBody, usize)],
         behind: Layered,
         drawn: &mut Bounds,
         paths: &mut Vec<Output>,
     ) -> Result<Layered, GpuError> {
-        let mut group = Vec::new();
-        for body in bodies {
-            group.extend(self.map_body(plan, body)?);
-        }
+        let group = bodies.iter().map(|(body, _)| self.map_body(plan, body)).collect::<Result<Vec<_>, _>>()?;
         let mut firsts = None;
         for mapped in group.iter().filter(|_| group.len() > 1) {
             let request = self.refract_request(mapped, drawn, mapped.body.index, None);
             firsts = Some(first_interfaces(self.stock.gpu, plan, &mapped.map, firsts, &request)?);
         }
         let mut layered = behind;
-        // So many draws hold every order of the bodies.
-        for draw in 0..(group.len() * group.len() + 1).saturating_sub(group.len().max(1)) {
-            let (round, rank) = (draw / group.len(), draw % group.len());
-            let mapped = &group[rank];
-            let turn = firsts.map(|firsts| Turn { firsts, rank: rank as u32 });
-            let instance = mapped.body.index + (round * self.stock.sorted.bodies.len()) as u32;
-            let request = self.refract_request(mapped, drawn, instance, turn);
-            let (over, written) = refract(self.stock.gpu, plan, &mapped.map, layered, self.environment, &request)?;
-            layered = over;
-            paths.extend(written);
-            *drawn = drawn.union(mapped.body.bounds);
+        let rounds = bodies.iter().map(|&(_, rounds)| rounds).max().unwrap_or(0);
+        for round in 0..rounds {
+            for (rank, mapped) in group.iter().enumerate().filter(|&(rank, _)| round < bodies[rank].1) {
+                let turn = firsts.map(|firsts| Turn { firsts, rank: rank as u32 });
+                let instance = mapped.body.index + (round * self.stock.sorted.bodies.len()) as u32;
+                let request = self.refract_request(mapped, drawn, instance, turn);
+                let (over, written) = refract(self.stock.gpu, plan, &mapped.map, layered, self.environment, &request)?;
+                layered = over;
+                paths.extend(written);
+                *drawn = drawn.union(mapped.body.bounds);
+            }
         }
         Ok(layered)
     }
 
-    fn map_body<'a>(&self, plan: &mut Plan<Work>, body: &'a PosedBody) -> Result<Option<MappedBody<'a>>, GpuError> {
-        if !self.eye.sees(&body.bounds) {
-            plan.cull("eye_map", body.index, "the body is out of the picture")?;
-            plan.cull("refract", body.index, "the body is out of the picture")?;
-            return Ok(None);
-        }
+    fn map_body<'a>(&self, plan: &mut Plan<Work>, body: &'a PosedBody) -> Result<MappedBody<'a>, GpuError> {
         let refraction = body.refraction(&self.request.refraction);
         let layers = refraction.layers();
         let eye = self.eye.in_frame(self.origin);
@@ -83,7 +75,7 @@ impl FramePlan<'_> {
         } else {
             None
         };
-        Ok(Some(MappedBody { body, eye, refraction, map, surface, inside_map }))
+        Ok(MappedBody { body, eye, refraction, map, surface, inside_map })
     }
 
     fn refract_request<'a>(

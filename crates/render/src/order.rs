@@ -3,26 +3,58 @@
 use glam::DVec3;
 use murano_animation::Bounds;
 use murano_refraction::Viewpoint;
+use petgraph::{
+    algo::kosaraju_scc,
+    graph::{DiGraph, NodeIndex},
+};
 
-/// Bodies by their boxes, farthest first, in groups. Within a group no order is right for all pixels, as bodies interlock or run into
-/// one another, so that each pixel has its own.
-pub(crate) fn back_to_front(boxes: &[Bounds], eye: &Viewpoint) -> Vec<Vec<usize>> {
+/// A body in the order in which bodies are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Placed {
+    pub(crate) body: usize,
+    /// Of its group's rounds, in how many it may have its turn.
+    pub(crate) rounds: usize,
+}
+
+/// Bodies by their boxes, those behind others first, and of bodies that have nothing to do with each other the farthest. A group of
+/// several interlock or run into one another, so that no order of them is right for all pixels.
+pub(crate) fn back_to_front(boxes: &[Bounds], eye: &Viewpoint) -> Vec<Vec<Placed>> {
     let seen: Vec<_> = boxes.iter().map(|bounds| InView::of(bounds, eye)).collect();
-    let mut sorted: Vec<usize> = (0..boxes.len()).collect();
-    sorted.sort_by(|&a, &b| seen[b].middle.total_cmp(&seen[a].middle));
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (place, &body) in sorted.iter().enumerate() {
-        // From the first that it does not stay in front of, all are of its group: their order hangs together.
-        let first = sorted[..place].iter().position(|&before| !stays_in_front(&seen[body], &seen[before], eye));
-        let mut group = vec![body];
-        while let Some(last) = groups.last()
-            && first.is_some_and(|first| sorted[first..place].contains(&last[last.len() - 1]))
-        {
-            group.splice(0..0, groups.pop().unwrap_or_default());
-        }
-        groups.push(group);
+    let may_be_behind = |body: usize, other: usize| body != other && !stays_in_front(&seen[body], &seen[other], eye);
+    let pairs = (0..boxes.len()).flat_map(|body| (0..boxes.len()).map(move |other| (body, other)));
+    let mut graph = DiGraph::<(), (), usize>::default();
+    boxes.iter().for_each(|_| _ = graph.add_node(()));
+    for (body, other) in pairs.filter(|&(body, other)| may_be_behind(body, other)) {
+        graph.add_edge(body.into(), other.into(), ());
     }
-    groups
+    let mut groups: Vec<Vec<usize>> = kosaraju_scc(&graph)
+        .into_iter()
+        .map(|group| {
+            let mut group: Vec<usize> = group.into_iter().map(NodeIndex::index).collect();
+            group.sort_by(|&a, &b| seen[b].middle.total_cmp(&seen[a].middle).then(a.cmp(&b)));
+            group
+        })
+        .collect();
+    groups.sort_by(|a, b| seen[b[0]].middle.total_cmp(&seen[a[0]].middle).then(a[0].cmp(&b[0])));
+    let mut ordered = Vec::new();
+    while !groups.is_empty() {
+        // The farthest that no other has to be drawn before. There is one, as groups are not in a circle.
+        let waits = |group: &Vec<usize>| {
+            let others = groups.iter().filter(|other| other[0] != group[0]).flatten();
+            others.into_iter().any(|&other| group.iter().any(|&body| may_be_behind(other, body)))
+        };
+        let next = groups.iter().position(|group| !waits(group)).unwrap_or(0);
+        let group = groups.remove(next);
+        let last = group.len();
+        let placed = group.iter().enumerate().map(|(rank, &body)| {
+            // It waits for no more than those that may be behind it; the first alone may have to wait for all, as whoever comes after
+            // another in the group's order need not wait for it to come round again.
+            let behind = group.iter().filter(|&&other| may_be_behind(other, body)).count();
+            Placed { body, rounds: (behind + 1).min(if rank == 0 { last } else { (last - 1).max(1) }) }
+        });
+        ordered.push(placed.collect());
+    }
+    ordered
 }
 
 /// A body's box, and what of the view it takes.
@@ -54,7 +86,7 @@ impl InView {
     }
 }
 
-/// Whether no ray of the eye meets this body before it meets the other: they are apart on the picture or in depth, or a plane
+/// Whether no ray of the eye meets the other body before it meets this one: they are apart on the picture or in depth, or a plane
 /// between their boxes has the eye on this one's side (or lies so that no ray meets both).
 fn stays_in_front(this: &InView, other: &InView, eye: &Viewpoint) -> bool {
     let apart = (0..2).any(|axis| this.high[axis] < other.low[axis] || other.high[axis] < this.low[axis]);
@@ -94,11 +126,15 @@ mod tests {
         Bounds { min: center - half, max: center + half }
     }
 
+    fn bodies(groups: &[Vec<Placed>]) -> Vec<Vec<usize>> {
+        groups.iter().map(|group| group.iter().map(|placed| placed.body).collect()).collect()
+    }
+
     #[test]
     fn bodies_apart_have_one_order() {
         for perspective in [true, false] {
             let boxes = [2.0, -3.0, 5.0, -1.0].map(|z| cube(z * DVec3::Z, DVec3::splat(0.5)));
-            assert_eq!(back_to_front(&boxes, &eye(perspective)), [[1], [3], [0], [2]]);
+            assert_eq!(bodies(&back_to_front(&boxes, &eye(perspective))), [[1], [3], [0], [2]]);
             // Side by side: no pixel sees both through one another.
             let boxes = [-1.0, 1.0].map(|x| cube(x * DVec3::X, DVec3::splat(0.9)));
             assert_eq!(back_to_front(&boxes, &eye(perspective)).len(), 2);
@@ -110,16 +146,42 @@ mod tests {
         for perspective in [true, false] {
             let ball = |x: f64, z: f64| cube(DVec3::new(x, 0.0, z), DVec3::ONE);
             let boxes = [ball(0.0, 0.0), ball(0.0, -6.0), ball(0.5, 0.3), ball(0.0, 4.0)];
-            assert_eq!(back_to_front(&boxes, &eye(perspective)), [vec![1], vec![0, 2], vec![3]]);
+            let groups = back_to_front(&boxes, &eye(perspective));
+            assert_eq!(bodies(&groups), [vec![1], vec![0, 2], vec![3]]);
+            let rounds: Vec<usize> = groups[1].iter().map(|placed| placed.rounds).collect();
+            assert_eq!(
+                rounds,
+                [2, 1],
+                "the nearer one has had its turn before the other has it again, or has it first"
+            );
         }
     }
 
     #[test]
-    fn what_lies_between_two_of_a_group_is_of_it() {
-        // A long one, whose middle is nearer than that of one before it, and one between.
-        let long = cube(DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.2, 0.2, 6.0));
-        let boxes = [long, cube(-DVec3::Z, DVec3::splat(0.4)), cube(DVec3::Y, DVec3::new(0.1, 0.1, 0.1))];
-        assert_eq!(back_to_front(&boxes, &eye(true)), [[1, 2, 0]]);
+    fn what_stands_on_a_slab_is_drawn_after_it_wherever_their_middles_are() {
+        let slab = cube(DVec3::new(0.0, -1.0, 0.0), DVec3::new(4.0, 0.2, 4.0));
+        let above = Viewpoint {
+            world_from_view: murano_scene::look_along(DVec3::new(0.0, 5.0, 10.0), DVec3::new(0.0, -0.5, -1.0)),
+            ..eye(true)
+        };
+        let boxes = [slab, cube(-3.0 * DVec3::Z, DVec3::splat(0.5)), cube(3.0 * DVec3::Z, DVec3::splat(0.5))];
+        assert_eq!(bodies(&back_to_front(&boxes, &above)), [[0], [1], [2]]);
+    }
+
+    #[test]
+    fn a_circle_of_bodies_is_a_group_and_what_is_behind_it_is_not() {
+        // Three long boxes, each over the next, and one far behind.
+        let boxes = [
+            cube(DVec3::new(0.0, 0.0, 0.0), DVec3::new(2.0, 0.2, 0.4)),
+            cube(DVec3::new(1.0, 0.0, 0.2), DVec3::new(0.2, 2.0, 0.4)),
+            cube(DVec3::new(0.0, 0.0, -8.0), DVec3::ONE),
+            cube(DVec3::new(-1.0, 0.0, -0.2), DVec3::new(0.2, 2.0, 0.4)),
+        ];
+        let groups = back_to_front(&boxes, &eye(true));
+        assert_eq!(bodies(&groups), [vec![2], vec![3, 0, 1]]);
+        // The ones at either side have nothing to do with each other.
+        let rounds: Vec<usize> = groups[1].iter().map(|placed| placed.rounds).collect();
+        assert_eq!(rounds, [2, 2, 2]);
     }
 
     #[test]

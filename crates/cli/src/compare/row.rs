@@ -45,7 +45,7 @@ pub struct RefractionRow {
 }
 
 /// The passes that find and draw glass.
-pub const GLASS_PASSES: [&str; 4] = ["refit", "eye_map", "glass_surface", "refract"];
+pub const GLASS_PASSES: [&str; 5] = ["refit", "eye_map", "glass_surface", "firsts", "refract"];
 
 impl RefractionRow {
     /// The row of a measured method.
