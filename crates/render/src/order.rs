@@ -16,6 +16,9 @@ pub(crate) struct Placed {
     pub(crate) rounds: usize,
 }
 
+/// Pictures that a group may take; the bodies of a larger one are drawn once each, as each drawing holds a picture of its own.
+const MOST_DRAWS: usize = 32;
+
 /// Bodies by their boxes, those behind others first, and of bodies that have nothing to do with each other the farthest. A group of
 /// several interlock or run into one another, so that no order of them is right for all pixels.
 pub(crate) fn back_to_front(boxes: &[Bounds], eye: &Viewpoint) -> Vec<Vec<Placed>> {
@@ -52,7 +55,12 @@ pub(crate) fn back_to_front(boxes: &[Bounds], eye: &Viewpoint) -> Vec<Vec<Placed
             let behind = group.iter().filter(|&&other| may_be_behind(other, body)).count();
             Placed { body, rounds: (behind + 1).min(if rank == 0 { last } else { (last - 1).max(1) }) }
         });
-        ordered.push(placed.collect());
+        let placed: Vec<Placed> = placed.collect();
+        if placed.iter().map(|placed| placed.rounds).sum::<usize>() <= MOST_DRAWS {
+            ordered.push(placed);
+        } else {
+            ordered.extend(placed.into_iter().map(|placed| vec![Placed { rounds: 1, ..placed }]));
+        }
     }
     ordered
 }
@@ -182,6 +190,20 @@ mod tests {
         // The ones at either side have nothing to do with each other.
         let rounds: Vec<usize> = groups[1].iter().map(|placed| placed.rounds).collect();
         assert_eq!(rounds, [2, 2, 2]);
+    }
+
+    #[test]
+    fn too_many_at_once_are_drawn_once_each() {
+        let chain = |count: u32| -> Vec<Bounds> {
+            (0..count)
+                .map(|i| cube(DVec3::new(0.1 * f64::from(i) - 1.0, 0.0, 0.0), DVec3::new(0.09, 0.5, 0.5)))
+                .collect()
+        };
+        assert_eq!(back_to_front(&chain(8), &eye(true)).len(), 1, "a chain of eight");
+        let heap: Vec<_> = (0..20_u32).map(|i| cube(0.01 * f64::from(i) * DVec3::Z, DVec3::ONE)).collect();
+        let groups = back_to_front(&heap, &eye(true));
+        assert_eq!(bodies(&groups), (0..20).map(|body| vec![body]).collect::<Vec<_>>());
+        assert!(groups.iter().flatten().all(|placed| placed.rounds == 1));
     }
 
     #[test]
