@@ -105,7 +105,7 @@ fn chain_file() -> Vec<u8> {
     const TUBE: f64 = 0.14;
     const APART: f64 = 0.6;
     let mut document = Document::default();
-    let geometry = add_surface(&mut document, &optics_bodies::torus_of(RING, TUBE, 64, 28));
+    let geometry = add_surface(&mut document, &optics_bodies::torus_of(RING, TUBE, 42, 16));
     // An eighth of a turn to either side of level, so that each leans across the next.
     let (turn_sine, turn_cosine) = (trig::sin(TAU / 16.0), trig::cos(TAU / 16.0));
     let height = RING * trig::sin(TAU / 8.0) + TUBE;
