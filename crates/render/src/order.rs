@@ -26,7 +26,9 @@ pub(crate) fn back_to_front(boxes: &[Bounds], eye: &Viewpoint) -> Vec<Vec<Placed
     let may_be_behind = |body: usize, other: usize| body != other && !stays_in_front(&seen[body], &seen[other], eye);
     let pairs = (0..boxes.len()).flat_map(|body| (0..boxes.len()).map(move |other| (body, other)));
     let mut graph = DiGraph::<(), (), usize>::default();
-    boxes.iter().for_each(|_| _ = graph.add_node(()));
+    for _ in boxes {
+        graph.add_node(());
+    }
     for (body, other) in pairs.filter(|&(body, other)| may_be_behind(body, other)) {
         graph.add_edge(body.into(), other.into(), ());
     }
