@@ -287,12 +287,14 @@ pub fn first_interfaces(
         pass = pass.input("inside_map", inside_map);
     }
     let ball = request.viewpoint.viewpoint.sphere(request.bounds).as_vec4();
-    let pass = request
+    let mut pass = request
         .viewpoint
         .tell(pass, "map_viewpoint")
         .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0 })
-        .input("front", map.front)
-        .input("back", map.back.unwrap_or(map.front));
+        .input("front", map.front);
+    if let Some(back) = map.back {
+        pass = pass.input("back", back);
+    }
     let depths = pass.dispatch(&shader, "main", Groups::tiles(size)).add_to(plan)?[0];
     Ok(Firsts { depths, bodies: bodies + 1 })
 }
