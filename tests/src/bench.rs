@@ -3,16 +3,40 @@
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{FlatSamples, f16, read_first_flat_layer_from_file};
-use glam::DVec3;
+use glam::{DVec3, Vec2, Vec3};
 use murano_gpu::{AdapterChoice, Gpu, OutputChecks};
 use murano_optics::Ior;
 use murano_refraction::{Method, Refraction};
 use murano_render::{Aov, Extent, FrameRequest, Renderer, Skipping, Stage, ToneMap, View, World};
-use murano_scene::{EnvironmentChoice, FloorLevel, GlassBodies, Projection, Shot};
+use murano_scene::{EnvironmentChoice, FloorLevel, GlassBodies, Image, Projection, Scene, Shot, TextureRef, Wrap};
 
 /// A file of `assets/`.
 pub fn asset(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets").join(name)
+}
+
+/// Gives the first mesh of a scene, which is round about the origin, a map of normals: waves around it and from pole to pole, of this slope.
+pub fn under_waves(scene: &mut Scene, steepest: f64) {
+    const TEXELS: u32 = 128;
+    let wave = |at: u32, periods: f64| (std::f64::consts::TAU * periods * f64::from(at) / f64::from(TEXELS)).sin();
+    let byte = |slope: f64| (127.5 + 127.5 * slope).round() as u8;
+    let rgba = (0..TEXELS * TEXELS).map(|i| {
+        let (x, y) = (steepest * wave(i % TEXELS, 6.0), steepest * wave(i / TEXELS, 3.0));
+        [byte(x), byte(y), byte((1.0 - x * x - y * y).sqrt()), 255]
+    });
+    scene.images = vec![Image { name: "waves".into(), width: TEXELS, height: TEXELS, rgba: rgba.collect() }];
+    let [offset, scale] = [Vec2::ZERO, Vec2::ONE];
+    let waves = TextureRef { image: 0, texcoord: 0, wrap: [Wrap::Repeat; 2], offset, rotation: 0.0, scale };
+    for primitive in &mut scene.meshes[0].primitives {
+        let around = |p: &Vec3| {
+            let up = p.normalize().y.acos();
+            Vec2::new(p.x.atan2(p.z) / std::f32::consts::TAU, up / std::f32::consts::PI)
+        };
+        primitive.texcoords = vec![primitive.positions.iter().map(around).collect()];
+        if let Some(material) = primitive.material {
+            scene.materials[material].normal_texture = Some(waves);
+        }
+    }
 }
 
 /// A file of the reference data beside the project; `None`, said on stderr, where there is none.

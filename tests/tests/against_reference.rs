@@ -14,7 +14,7 @@ use murano_scene::{
     Shot, Transform, look_along,
 };
 use murano_tests::bench::{
-    Distribution, asset, degrees_between, glass_body, gpu, renderer, scalars, settings, still, vectors,
+    Distribution, asset, degrees_between, glass_body, gpu, renderer, scalars, settings, still, under_waves, vectors,
 };
 
 /// Texels a side of the compared maps.
@@ -149,6 +149,29 @@ fn a_plate_before_a_ball_takes_its_part_of_the_caustic() {
         let energy = energy_ratio(&truth, &drawn).unwrap();
         eprintln!("behind a plate, {method}: {kept:.3} of the light is left, energy {energy:.4}");
         assert!((energy - 1.0).abs() < 0.005, "{method}: {energy}");
+    }
+}
+
+/// Photons through a ball under a map of normals, which bends both interfaces and how footprints turn there. Bounded by what was measured,
+/// plus a tenth.
+#[test]
+fn photons_see_a_map_of_normals() {
+    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
+    under_waves(&mut world.scene, 0.15);
+    let floor = Floor { height: -1.3, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
+    world.floor = Some(floor);
+    let lamp = spot(DVec3::new(1.0, 6.0, 0.5), 100.0);
+    let window = window(&floor, 1.6);
+    let truth = traced_with(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window, 1_600_000);
+    let request =
+        FrameRequest { lights: vec![lamp], ..still(view_down(&window, 8.0), window.size, settings(Method::Layers, 5)) };
+    let mut renderer = renderer(gpu(), world);
+    for (method, most) in [(CausticsMethod::Beams, 0.0672), (CausticsMethod::Footprint, 0.059)] {
+        let caustics = Some(Caustics { method, photons: 192, interfaces: Interfaces::Two, ..Caustics::default() });
+        let [_, drawn, _] = rendered(&mut renderer, &FrameRequest { caustics, ..request.clone() }, &window, 8.0);
+        let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
+        eprintln!("under waves, {method}: energy {energy:.4}, relative L1 {l1:.4}");
+        assert!((energy - 1.0).abs() < 0.005 && l1 < most, "{method}: energy {energy}, relative L1 {l1}");
     }
 }
 

@@ -217,6 +217,7 @@ fn nothing_mapped(any: Output) -> InterfaceMap {
         thickness: None,
         front_triangles: None,
         tree: None,
+        relief: None,
         geometry: DeformedGeometry {
             positions: any,
             normals: any,

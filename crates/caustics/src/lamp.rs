@@ -237,7 +237,7 @@ fn near(position: DVec3, casters: &Bounds) -> f64 {
 #[cfg(test)]
 mod tests {
     use murano_gpu::{Shader, check_uniform_layout};
-    use murano_refraction::{Refraction, traced};
+    use murano_refraction::{MapFeatures, Refraction, traced};
 
     use super::*;
 
@@ -322,7 +322,8 @@ mod tests {
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let shader = Shader::link(&traced("caustics::emit", &Refraction::default(), false, false)).unwrap();
+        let shader =
+            Shader::link(&traced("caustics::emit", &Refraction::default(), false, MapFeatures::default())).unwrap();
         let axis = Vec3::new(3.0, 4.0, 5.0);
         check_uniform_layout!(shader, "Emission", Emission { cos_outer: 1.0, cos_inner: 2.0, axis: axis }).unwrap();
     }

@@ -266,7 +266,7 @@ pub fn emit(
         Caster::Glass(glass) => (glass.thin, glass.ior, false),
         Caster::Mirror(_) => (false, 1.0, true),
     };
-    let spec = traced("caustics::emit", refraction, thin, cast.map.thickness.is_some());
+    let spec = traced("caustics::emit", refraction, thin, cast.map.features());
     let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
     let spec = spec.feature("by_chance", !mirror && !thin && grids.end_by_chance());
@@ -295,7 +295,9 @@ pub fn emit(
     if let Some(spectrum) = &grids.spectrum {
         pass = pass.value("spectrum", spectrum);
     }
-    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.bounds, refraction, MOST_INTERFACES)
+    // A photon is that of its whole cell.
+    let cell = cast.viewpoint.viewpoint.size[0] as f32 / caustics.photons as f32;
+    let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.bounds, refraction, MOST_INTERFACES, cell)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
     Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })
@@ -461,10 +463,30 @@ mod tests {
     use super::*;
     use crate::Mirror;
     use murano_gpu::{Shader, check_uniform_layout};
+    use murano_refraction::{MapFeatures, TirPolicy};
+
+    /// With everything that a caster and the settings may ask for at once.
+    #[test]
+    fn no_shader_needs_more_buffers_than_there_may_be() {
+        let refraction = Refraction {
+            method: murano_refraction::Method::Layers,
+            tir: TirPolicy::Trace,
+            interfaces: Interfaces::All,
+            ..Refraction::default()
+        };
+        let map = MapFeatures { relief: true, framed: true, ..MapFeatures::default() };
+        let spec = ["differentials", "dispersive", "by_chance", "surface_map"]
+            .into_iter()
+            .fold(traced("caustics::emit", &refraction, false, map), |spec, feature| spec.feature(feature, true));
+        if let Err(error) = Shader::link(&spec) {
+            panic!("{error}");
+        }
+    }
 
     #[test]
     fn shader_and_rust_agree_on_layouts() {
-        let emit = Shader::link(&traced("caustics::emit", &Refraction::default(), false, false)).unwrap();
+        let emit =
+            Shader::link(&traced("caustics::emit", &Refraction::default(), false, MapFeatures::default())).unwrap();
         check_uniform_layout!(
             emit,
             "Params",
@@ -478,7 +500,8 @@ mod tests {
             }
         )
         .unwrap();
-        let off_mirrors = traced("caustics::emit", &Mirror::refraction(), false, false).feature("differentials", true);
+        let off_mirrors = traced("caustics::emit", &Mirror::refraction(), false, MapFeatures::default())
+            .feature("differentials", true);
         Shader::link(&off_mirrors.feature("mirror", true)).unwrap();
         let photon = emit.structs.iter().find(|layout| layout.name == "Photon").unwrap();
         assert_eq!(u64::from(photon.size), PHOTON_BYTES);

@@ -8,7 +8,7 @@ use std::{
 use murano_scheduler::Stamp;
 use wesl::{CompileOptions, Feature, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
-use crate::{GpuError, StructLayout, finite::float_words};
+use crate::{GpuError, StructLayout, adapter::STORAGE_BUFFERS, finite::float_words};
 
 const SOURCES: &[(&str, &str)] = &include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
@@ -114,9 +114,17 @@ impl Shader {
     /// Links and reflects a specification; needs no device.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] if it does not link or validate.
+    /// [`GpuError::Shader`] if it does not link or validate, or uses more buffers than there may be.
     pub fn link(spec: &ShaderSpec) -> Result<Self, GpuError> {
-        reflect(spec.root, linked_wgsl(spec)?)
+        let shader = reflect(spec.root, linked_wgsl(spec)?)?;
+        for (entry, globals) in &shader.entries {
+            let buffers = globals.iter().filter(|it| matches!(it.kind, GlobalKind::Storage { .. })).count();
+            if buffers > STORAGE_BUFFERS as usize {
+                let message = format!("`{entry}` uses {buffers} storage buffers; there may be {STORAGE_BUFFERS}");
+                return Err(GpuError::Shader { shader: spec.root.into(), message });
+            }
+        }
+        Ok(shader)
     }
 }
 

@@ -22,6 +22,8 @@ mod path;
 mod photons;
 mod sampler;
 mod shape;
+mod surface_data;
+mod textures;
 mod two;
 mod world;
 
@@ -35,5 +37,6 @@ pub use photons::{
     caustic_map, direct_irradiance, trace_photons,
 };
 pub use shape::{Convex, Ellipsoid, Plane, Shape};
+pub use surface_data::{GlassSurface, SurfaceData};
 pub use two::{Status, TwoInterfaces, trace_two, two_interfaces};
 pub use world::{Contact, GlassBody, Opaque, World, WorldError};

@@ -76,7 +76,7 @@ pub fn trace_two(world: &World, ray: &Ray) -> TwoInterfaces {
     }
     let inside = Ray { origin: path.p1, direction: path.t1 };
     let from = Departure::Element(first.hit.element);
-    let Some(second) = body.shape.nearest(&inside, from, Some(Facing::Back), f64::INFINITY) else {
+    let Some(second) = body.nearest(&inside, from, Some(Facing::Back), f64::INFINITY) else {
         return TwoInterfaces { status: Status::NoExit, ..path };
     };
     path.p2 = second.position;

@@ -5,7 +5,7 @@ use murano_animation::{Geometry, GeometryError, Pose, deform_f64, shown_primitiv
 use murano_optics::absorption_coefficient;
 use murano_scene::{Material, NodeIndex, Scene};
 
-use crate::{Departure, Facing, Hit, InvalidMesh, Ray, Shape, TriangleMesh};
+use crate::{Departure, Facing, GlassSurface, Hit, InvalidMesh, Ray, Shape, SurfaceData, TriangleMesh};
 
 /// A body of clear or coloured glass.
 pub struct GlassBody {
@@ -15,18 +15,42 @@ pub struct GlassBody {
     pub ior: f64,
     /// Absorption per metre, linear RGB.
     pub absorption: DVec3,
-    /// Factor on what is transmitted, linear RGB: one for the whole body.
+    /// Factor on what is transmitted, linear RGB, in the mean over the body.
     pub tint: DVec3,
-    /// Perceptual roughness of its surface, GGX; only the path tracer looks at it.
+    /// Perceptual roughness of its surface, GGX, in the mean over the body; only the path tracer looks at it.
     pub roughness: f64,
     /// Whether its surface is a sheet of glass around nothing.
     pub thin: bool,
+    /// Where tint, roughness and normals are not the same everywhere.
+    pub surface: Option<GlassSurface>,
 }
 
 impl GlassBody {
     /// Clear glass.
     pub fn clear(shape: Shape, ior: f64) -> Self {
-        Self { shape, ior, absorption: DVec3::ZERO, tint: DVec3::ONE, roughness: 0.0, thin: false }
+        Self { shape, ior, absorption: DVec3::ZERO, tint: DVec3::ONE, roughness: 0.0, thin: false, surface: None }
+    }
+
+    /// The nearest place where the ray meets the surface from the wanted side within `farthest` metres, its normal bent by a map of normals
+    /// if there is one.
+    pub fn nearest(&self, ray: &Ray, from: Departure, facing: Option<Facing>, farthest: f64) -> Option<Hit> {
+        let hit = self.shape.nearest(ray, from, facing, farthest)?;
+        match (&self.surface, &self.shape) {
+            (Some(surface), Shape::Mesh(mesh)) => {
+                Some(surface.bend(hit, ray.direction, mesh.triangle(hit.element as usize)))
+            }
+            _ => Some(hit),
+        }
+    }
+
+    /// Linear RGB factor on what enters at a hit.
+    pub fn tint_at(&self, hit: &Hit) -> DVec3 {
+        self.surface.as_ref().map_or(self.tint, |surface| surface.tint(hit))
+    }
+
+    /// Perceptual roughness at a hit.
+    pub fn roughness_at(&self, hit: &Hit) -> f64 {
+        self.surface.as_ref().map_or(self.roughness, |surface| surface.roughness(hit))
     }
 }
 
@@ -34,10 +58,8 @@ impl GlassBody {
 pub struct Opaque {
     /// Triangles.
     pub mesh: TriangleMesh,
-    /// The same with its materials, texture coordinates and colours.
-    pub geometry: Geometry,
-    /// Vertices in `geometry` of each triangle's corners, in the mesh's order: a mirrored instance is wound the other way.
-    pub triangles: Vec<[u32; 3]>,
+    /// What it is sampled from; materials and images are the scene's.
+    pub data: SurfaceData,
 }
 
 /// A ray met a body.
@@ -76,7 +98,7 @@ impl World {
     }
 
     /// What a scene shows in a pose, deformed in f64. Primitives of one node that refract and absorb alike are one body; where
-    /// their colours or roughnesses differ, its own are the means of theirs, and textures are not looked at.
+    /// their colours or roughnesses differ, or textures change them, the body has a [`GlassSurface`].
     ///
     /// # Errors
     /// [`WorldError`] when the scene is too large or the pose is not finite.
@@ -100,7 +122,7 @@ impl World {
         let bodies = groups
             .into_iter()
             .map(|(_, material, parts)| {
-                let Opaque { mesh, .. } = traced(scene, pose, &parts)?;
+                let Opaque { mesh, data } = traced(scene, pose, &parts)?;
                 let used: Vec<&Material> =
                     parts.iter().filter_map(|&(node, primitive)| material_of(scene, node, primitive)).collect();
                 let tints = used.iter().map(|it| it.base_color.truncate().as_dvec3() * f64::from(it.transmission));
@@ -115,6 +137,11 @@ impl World {
                     tint: tints.sum::<DVec3>() / parts.len() as f64,
                     roughness: roughness / parts.len() as f64,
                     thin: material.thickness == 0.0,
+                    surface: varies(&data, &used).then(|| GlassSurface {
+                        data,
+                        materials: scene.materials.clone(),
+                        images: scene.images.clone(),
+                    }),
                 })
             })
             .collect::<Result<_, WorldError>>()?;
@@ -128,7 +155,7 @@ impl World {
         for (body, glass) in self.bodies.iter().enumerate() {
             let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
             let facing = (!glass.thin).then_some(Facing::Front);
-            if let Some(hit) = glass.shape.nearest(ray, Departure::Free, facing, farthest) {
+            if let Some(hit) = glass.nearest(ray, Departure::Free, facing, farthest) {
                 nearest = nearest.filter(|contact| contact.hit.t <= hit.t).or(Some(Contact { body, hit }));
             }
         }
@@ -142,7 +169,7 @@ impl World {
         for (body, glass) in self.bodies.iter().enumerate().filter(|(body, _)| only.is_none_or(|only| only == *body)) {
             let departure = if body == from { element } else { Departure::Free };
             let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
-            if let Some(hit) = glass.shape.nearest(ray, departure, None, farthest) {
+            if let Some(hit) = glass.nearest(ray, departure, None, farthest) {
                 nearest = nearest.filter(|contact| contact.hit.t <= hit.t).or(Some(Contact { body, hit }));
             }
         }
@@ -173,5 +200,16 @@ fn traced(scene: &Scene, pose: &Pose, parts: &[(NodeIndex, usize)]) -> Result<Op
     let deformed = deform_f64(&geometry, scene, pose);
     let triangles = geometry.oriented_triangles(pose);
     let mesh = TriangleMesh::of(&deformed, &triangles)?;
-    Ok(Opaque { mesh, geometry, triangles })
+    Ok(Opaque { mesh, data: SurfaceData { geometry, triangles, tangents: deformed.tangents } })
+}
+
+/// Whether the surface of a body of these materials is not the same everywhere.
+fn varies(data: &SurfaceData, materials: &[&Material]) -> bool {
+    let textures = |it: &Material| {
+        [it.base_color_texture, it.transmission_texture, it.metallic_roughness_texture, it.normal_texture]
+    };
+    let of = |it: &Material| (it.base_color.truncate() * it.transmission, it.roughness);
+    materials.iter().any(|material| textures(material).iter().any(Option::is_some))
+        || data.geometry.colors.iter().any(|[r, g, b, _]| [*r, *g, *b] != [1.0; 3])
+        || materials.windows(2).any(|pair| of(pair[0]) != of(pair[1]))
 }

@@ -3,11 +3,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec3, Vec3};
-use murano_animation::Geometry;
 use murano_optics::{Ior, absorption_coefficient, analytic::BallLens, beer_lambert, fresnel_unpolarised};
 use murano_reference::{
     Ball, CausticMap, Convex, Ellipsoid, GlassBody, Landing, Opaque, PhotonAccount, PhotonClass, PhotonError,
-    PhotonTracing, Receiver, Shape, TriangleMesh, Window, World, caustic_map, direct_irradiance, trace_photons,
+    PhotonTracing, Receiver, Shape, SurfaceData, TriangleMesh, Window, World, caustic_map, direct_irradiance,
+    trace_photons,
 };
 use murano_scene::{Light, LightKind, PlacedLight, look_along};
 use rayon::ThreadPoolBuilder;
@@ -268,7 +268,7 @@ fn quad(y: f64, half: f64) -> Opaque {
     let corner = |x: f64, z: f64| DVec3::new(x * half, y, z * half);
     let corners = [corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0), corner(-1.0, -1.0)];
     let mesh = TriangleMesh::new(&corners, &[DVec3::Y; 4], &[[0, 1, 2], [0, 2, 3]]).unwrap();
-    Opaque { mesh, geometry: Geometry::default(), triangles: Vec::new() }
+    Opaque { mesh, data: SurfaceData::default() }
 }
 
 #[test]

@@ -51,7 +51,25 @@ pub struct InterfaceMap {
     /// As of what is mapped.
     pub tree: Option<RefittedTree>,
     /// As of what is mapped.
+    pub relief: Option<Relief>,
+    /// As of what is mapped.
     pub geometry: DeformedGeometry,
+}
+
+/// Maps of normals, for methods that know which triangle they end on ([`crate::Method::knows_triangles`]): their textures and where on
+/// these the triangles lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Relief {
+    /// `vec4f` a vertex: TEXCOORD_0 and TEXCOORD_1.
+    pub texcoords: Output,
+    /// `u32` a triangle: its row in `rows`.
+    pub triangle_materials: Output,
+    /// A material's `u32` texture slot and `f32` scale of its map of normals.
+    pub rows: Output,
+    /// `lib::texels::TextureSlot`.
+    pub texture_slots: Output,
+    /// RGBA8, red in the low byte.
+    pub texels: Output,
 }
 
 /// A geometry in a pose, and what methods may need besides.
@@ -65,11 +83,13 @@ pub struct Mapped {
     pub thickness: Option<Output>,
     /// Whether maps with a back tell which triangles they see in front.
     pub shows_triangles: bool,
+    /// What bends its normals.
+    pub relief: Option<Relief>,
 }
 
 impl From<DeformedGeometry> for Mapped {
     fn from(geometry: DeformedGeometry) -> Self {
-        Self { geometry, tree: None, thickness: None, shows_triangles: false }
+        Self { geometry, tree: None, thickness: None, shows_triangles: false, relief: None }
     }
 }
 
@@ -226,6 +246,7 @@ pub fn interface_map(
         },
         front_triangles,
         tree: mapped.tree,
+        relief: mapped.relief,
         geometry: *geometry,
     })
 }

@@ -10,9 +10,10 @@ mod tiles;
 mod tree;
 mod viewpoint;
 
-pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, interface_map, rasterise};
+pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, Relief, interface_map, rasterise};
 pub use refract::{
-    Firsts, Glass, Layered, PATH_ROWS, RefractRequest, Spectrum, Turn, first_interfaces, refract, traced, with_maps,
+    Firsts, Glass, Layered, MapFeatures, PATH_ROWS, RefractRequest, Spectrum, Turn, first_interfaces, refract, traced,
+    with_maps,
 };
 pub use settings::{
     BackSurface, Interfaces, MOST_BRANCHES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,

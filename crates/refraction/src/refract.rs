@@ -63,6 +63,7 @@ struct Search {
     steps: u32,
     tir: u32,
     most_interfaces: u32,
+    sample_width: f32,
 }
 
 #[derive(ShaderType)]
@@ -129,14 +130,35 @@ impl Method {
     }
 }
 
+/// What a body's maps hold beyond what its method asks for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MapFeatures {
+    /// [`InterfaceMap::thickness`].
+    pub thickness: bool,
+    /// [`InterfaceMap::relief`], and triangles to look it up on.
+    pub relief: bool,
+    /// And the file's own tangents.
+    pub framed: bool,
+}
+
+impl InterfaceMap {
+    /// What it holds.
+    pub fn features(&self) -> MapFeatures {
+        let relief = self.relief.is_some() && (self.layer_lists.is_some() || self.tree.is_some());
+        MapFeatures { thickness: self.thickness.is_some(), relief, framed: relief && self.geometry.tangents.is_some() }
+    }
+}
+
 /// The shader of a root module that imports `package::refraction::path`, with these settings' method in place.
 ///
-/// `thin` is whether the body is a sheet ([`Glass::thin`]), `thickness` whether the maps have it ([`InterfaceMap::thickness`]).
-pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, thickness: bool) -> ShaderSpec {
+/// `thin` is whether the body is a sheet ([`Glass::thin`]).
+pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, map: MapFeatures) -> ShaderSpec {
     ShaderSpec::new(root)
         .alias("refraction::method", refraction.method.module())
         .feature("thin", thin)
-        .feature("thickness", thickness)
+        .feature("thickness", map.thickness)
+        .feature("relief", map.relief)
+        .feature("framed", map.framed)
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
         .feature("tree", refraction.method.traces())
@@ -146,7 +168,7 @@ pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, thickness
 }
 
 /// Gives a pass the body's maps and the search's settings, under the names that `package::refraction::maps` reads. Paths that are
-/// followed on end at `most_interfaces`.
+/// followed on end at `most_interfaces`; a ray samples so wide a part of its texel, texels.
 pub fn with_maps(
     pass: ComputePass,
     map: &InterfaceMap,
@@ -154,6 +176,7 @@ pub fn with_maps(
     bounds: &Bounds,
     refraction: &Refraction,
     most_interfaces: u32,
+    sample_width: f32,
 ) -> ComputePass {
     let tir = match refraction.tir {
         TirPolicy::Pass => 0,
@@ -161,8 +184,13 @@ pub fn with_maps(
         TirPolicy::Reflect => 2,
         TirPolicy::Trace => 3,
     };
-    let search =
-        Search { bounds: viewpoint.viewpoint.sphere(bounds).as_vec4(), steps: refraction.steps, tir, most_interfaces };
+    let search = Search {
+        bounds: viewpoint.viewpoint.sphere(bounds).as_vec4(),
+        steps: refraction.steps,
+        tir,
+        most_interfaces,
+        sample_width,
+    };
     let mut pass = viewpoint.tell(pass, "map_viewpoint").value("search", &search).input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
@@ -175,6 +203,17 @@ pub fn with_maps(
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles);
+    }
+    if let Some(relief) = map.relief.filter(|_| map.features().relief) {
+        pass = pass
+            .input("texcoords", relief.texcoords)
+            .input("triangle_materials", relief.triangle_materials)
+            .input("relief_rows", relief.rows)
+            .input("texture_slots", relief.texture_slots)
+            .input("texels", relief.texels);
+        if let Some(tangents) = map.geometry.tangents {
+            pass = pass.input("tangents", tangents);
+        }
     }
     if let Some(thickness) = map.thickness {
         pass = pass.input("thickness_map", thickness);
@@ -290,7 +329,7 @@ pub fn first_interfaces(
     let mut pass = request
         .viewpoint
         .tell(pass, "map_viewpoint")
-        .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0 })
+        .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0, sample_width: 1.0 })
         .input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
@@ -320,7 +359,7 @@ pub fn refract(
     request: &RefractRequest<'_>,
 ) -> Result<(Layered, Option<Output>), GpuError> {
     let spectrum = Spectrum::of(request.glass, request.refraction);
-    let spec = traced("refraction::refract", request.refraction, request.glass.thin, map.thickness.is_some())
+    let spec = traced("refraction::refract", request.refraction, request.glass.thin, map.features())
         .feature("screen", request.refraction.method == Method::Screen)
         .feature("dispersive", spectrum.is_some())
         .feature("surface_map", request.surface.is_some())
@@ -363,7 +402,15 @@ pub fn refract(
         .output("colour", 16 * count)
         .output("cover", 4 * count);
     let most_interfaces = request.refraction.most_interfaces.clamp(2, MOST_INTERFACES);
-    let mut pass = with_maps(pass, map, request.viewpoint, request.bounds, request.refraction, most_interfaces);
+    let mut pass = with_maps(
+        pass,
+        map,
+        request.viewpoint,
+        request.bounds,
+        request.refraction,
+        most_interfaces,
+        request.sample_width,
+    );
     if let Some(surface) = request.surface {
         pass = pass.input("glass_surface", surface);
     }
@@ -404,6 +451,29 @@ mod tests {
     use super::*;
     use crate::Interfaces;
 
+    /// With everything that a body, its glass and the settings may ask for at once.
+    #[test]
+    fn no_shader_needs_more_buffers_than_there_may_be() {
+        for method in Method::ALL {
+            let refraction =
+                Refraction { method, tir: TirPolicy::Trace, interfaces: Interfaces::All, ..Refraction::default() };
+            let relief = method.knows_triangles();
+            let map = MapFeatures { thickness: refraction.bakes(), relief, framed: relief };
+            let spec = traced("refraction::refract", &refraction, false, map)
+                .feature("dispersive", method != Method::Screen)
+                .feature("screen", method == Method::Screen)
+                .feature("surface_map", true)
+                .feature("rough", method != Method::Screen)
+                .feature("aov", true)
+                .feature("among", true)
+                .feature("inside_map", !relief)
+                .feature("by_chance", refraction.branches_followed() > 1);
+            if let Err(error) = Shader::link(&spec) {
+                panic!("{}: {error}", method.name());
+            }
+        }
+    }
+
     #[test]
     fn shader_and_rust_agree_on_layouts() {
         let combinations = Method::ALL.into_iter().flat_map(|method| {
@@ -416,7 +486,8 @@ mod tests {
             .map(|(tir, interfaces)| with(tir, interfaces))
         });
         for refraction in combinations {
-            let spec = traced("refraction::refract", &refraction, false, refraction.bakes())
+            let map = MapFeatures { thickness: refraction.bakes(), ..MapFeatures::default() };
+            let spec = traced("refraction::refract", &refraction, false, map)
                 .feature("screen", refraction.method == Method::Screen)
                 .feature("dispersive", refraction.method != Method::Screen);
             let shader = Shader::link(&spec).unwrap();
@@ -427,7 +498,13 @@ mod tests {
             check_uniform_layout!(
                 shader,
                 "Search",
-                Search { bounds: Vec4::new(1.0, 2.0, 3.0, 4.0), steps: 5, tir: 6, most_interfaces: 7 }
+                Search {
+                    bounds: Vec4::new(1.0, 2.0, 3.0, 4.0),
+                    steps: 5,
+                    tir: 6,
+                    most_interfaces: 7,
+                    sample_width: 8.0
+                }
             )
             .unwrap();
             check_uniform_layout!(

@@ -309,6 +309,7 @@ impl FramePlan<'_> {
             let deformed = body.leaves.deform(self.stock.gpu, plan, index + 1, &body.geometry, pose, self.origin)?;
             let mut mapped = Mapped::from(deformed);
             mapped.shows_triangles = look.surface.is_some();
+            mapped.relief = look.surface.as_ref().and_then(|surface| surface.relief(plan));
             let refraction =
                 if look.glass.thin { self.request.refraction.through_walls() } else { self.request.refraction };
             if refraction.method.traces() {

@@ -168,7 +168,7 @@ impl FramePlan<'_> {
             bounds,
             caster,
             surface,
-            bends: thrower.surface.is_some_and(|source| source.bends),
+            bends: thrower.surface.is_some_and(|source| source.relief.is_some()),
         };
         let mut caustic_map = None;
         if let Some(caustics) = caustics {

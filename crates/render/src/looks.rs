@@ -3,10 +3,10 @@
 use glam::Vec3;
 use murano_animation::GeometryError;
 use murano_caustics::Mirror;
-use murano_gpu::Leaf;
-use murano_refraction::Glass;
+use murano_gpu::{Leaf, Work};
+use murano_refraction::{Glass, Relief};
 use murano_scene::{Material, Scene};
-use murano_scheduler::Stamp;
+use murano_scheduler::{Plan, Stamp};
 
 use crate::{
     Floor,
@@ -26,10 +26,22 @@ pub(crate) fn constant(name: &'static str, (stamp, leaf): (Stamp, Leaf)) -> Cons
 pub(crate) struct SurfaceSource {
     /// Whether any of its materials has a texture.
     pub(crate) textured: bool,
-    /// Whether any has a map of normals.
-    pub(crate) bends: bool,
+    /// What a map of normals is looked up in where a ray ends on a triangle, if any has one: buffers as [`Relief`] names them.
+    pub(crate) relief: Option<[Constant; 5]>,
     /// Constant buffers by the names that `render::glass_surface` binds.
     pub(crate) buffers: Vec<Constant>,
+}
+
+impl SurfaceSource {
+    /// What bends the body's normals.
+    pub(crate) fn relief(&self, plan: &mut Plan<Work>) -> Option<Relief> {
+        let [texcoords, triangle_materials, rows, texture_slots, texels] = self
+            .relief
+            .as_ref()?
+            .each_ref()
+            .map(|(name, stamp, leaf)| plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
+        Some(Relief { texcoords, triangle_materials, rows, texture_slots, texels })
+    }
 }
 
 /// What a glass body looks like.
@@ -131,12 +143,13 @@ fn looks(
     }
     let shared =
         [constant("materials", Leaf::of(&rows)), constant("texture_slots", Leaf::of(&table.slots)), texels.clone()];
+    let relief_rows = constant("relief_rows", Leaf::of(&table.relief_rows()));
     let of = |&(node, primitive): &Part| Some(&materials[material_of(scene, node, primitive)?]);
     Looks {
         bodies: sorted
             .bodies
             .iter()
-            .map(|body| look(body, &body.parts.iter().filter_map(of).collect::<Vec<_>>(), &shared))
+            .map(|body| look(body, &body.parts.iter().filter_map(of).collect::<Vec<_>>(), &shared, &relief_rows))
             .collect(),
         mirrors: sorted.mirrors.iter().filter_map(|mirror| of(&mirror.part).and_then(Mirror::of)).collect(),
         textured: !table.slots.is_empty(),
@@ -145,21 +158,26 @@ fn looks(
 }
 
 /// A body of these materials.
-fn look(body: &Body, materials: &[&Material], shared: &[Constant; 3]) -> Look {
+fn look(body: &Body, materials: &[&Material], shared: &[Constant; 3], relief_rows: &Constant) -> Look {
     let count = materials.len().max(1) as f32;
     let tint = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).sum::<Vec3>() / count;
     let roughness = materials.iter().map(|material| material.roughness).sum::<f32>() / count;
     let optics = materials.first().map_or_else(|| Glass::of(&Material::default()), |material| Glass::of(material));
     Look {
         glass: Glass { tint: tint.to_array(), roughness, ..optics },
-        surface: surface_of(body, materials, shared),
+        surface: surface_of(body, materials, shared, relief_rows),
         // A map of normals that is seen from afar is roughness too.
         rough: materials.iter().any(|material| material.roughness > 0.0 || material.normal_texture.is_some()),
     }
 }
 
 /// What a body's surface is sampled from, unless it is the same everywhere.
-fn surface_of(body: &Body, materials: &[&Material], shared: &[Constant; 3]) -> Option<SurfaceSource> {
+fn surface_of(
+    body: &Body,
+    materials: &[&Material],
+    shared: &[Constant; 3],
+    relief_rows: &Constant,
+) -> Option<SurfaceSource> {
     let textures = |material: &Material| {
         [
             material.base_color_texture,
@@ -177,6 +195,11 @@ fn surface_of(body: &Body, materials: &[&Material], shared: &[Constant; 3]) -> O
     let mut buffers = body.surface_buffers().to_vec();
     // Textures are bound where they are sampled.
     buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
-    let bends = materials.iter().any(|material| material.normal_texture.is_some());
-    Some(SurfaceSource { textured, bends, buffers })
+    let [texcoords, _, triangle_materials] = body.surface_buffers();
+    let [_, slots, texels] = shared;
+    let relief = materials
+        .iter()
+        .any(|material| material.normal_texture.is_some())
+        .then(|| [texcoords, triangle_materials, relief_rows, slots, texels].map(Clone::clone));
+    Some(SurfaceSource { textured, relief, buffers })
 }

@@ -6,7 +6,7 @@ use murano_scene::{Material, Scene, TextureRef, Wrap};
 /// Slot number for "no texture".
 const NO_SLOT: u32 = u32::MAX;
 
-/// One material (`render::material_row::MaterialRow`).
+/// One material (`lib::material_row::MaterialRow`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct MaterialRow {
@@ -25,7 +25,7 @@ pub(crate) struct MaterialRow {
     padding: [u32; 3],
 }
 
-/// One use of an image (`render::texels::TextureSlot`).
+/// One use of an image (`lib::texels::TextureSlot`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(crate) struct TextureSlot {
@@ -84,6 +84,11 @@ impl MaterialTable {
             };
             self.rows.push(row);
         }
+    }
+
+    /// Texture slot and scale of each material's map of normals (`refraction::relief::ReliefRow`).
+    pub(crate) fn relief_rows(&self) -> Vec<[u32; 2]> {
+        self.rows.iter().map(|row| [row.normal_slot, row.normal_scale.to_bits()]).collect()
     }
 
     fn slot(&mut self, scene: &Scene, texture: Option<TextureRef>, srgb: bool) -> u32 {

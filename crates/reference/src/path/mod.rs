@@ -17,7 +17,6 @@ mod lights;
 mod photon_map;
 mod sky;
 mod surface;
-mod textures;
 mod tree;
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -124,7 +124,7 @@ impl Tracer<'_> {
                 continue;
             }
             let farthest = nearest.map_or(f64::INFINITY, |(_, hit)| hit.t);
-            let hit = body.shape.nearest(&branch.ray, branch.left.departure_of_body(index), None, farthest);
+            let hit = body.nearest(&branch.ray, branch.left.departure_of_body(index), None, farthest);
             nearest = hit.filter(|hit| hit.t < farthest).map(|hit| (index, hit)).or(nearest);
         }
         nearest
@@ -161,9 +161,10 @@ impl Tracer<'_> {
         let direction = branch.ray.direction;
         let facing = hit.facing(direction);
         let shading = hit.normal_against(direction);
-        let normal = facet(shading, direction, glass.roughness, sampler);
+        let roughness = glass.roughness_at(hit);
+        let normal = facet(shading, direction, roughness, sampler);
         let (eta, tint, inside) = match facing {
-            Facing::Front => (glass.ior.recip(), glass.tint, Some(body)),
+            Facing::Front => (glass.ior.recip(), glass.tint_at(hit), Some(body)),
             Facing::Back => (glass.ior, DVec3::ONE, None),
         };
         let outside = if facing == Facing::Front { branch.medium } else { Some(body) };
@@ -175,11 +176,11 @@ impl Tracer<'_> {
             // it does what it mirrors.
             let once = fresnel_unpolarised(-direction.dot(normal), glass.ior.recip());
             let onward = mirror - 2.0 * mirror.dot(shading) * shading;
-            let onward = if glass.roughness > 0.0 { onward } else { direction };
+            let onward = if roughness > 0.0 { onward } else { direction };
             return self.split(
                 [(mirror, branch.medium), (onward, branch.medium)],
                 2.0 * once / (1.0 + once),
-                glass.tint,
+                glass.tint_at(hit),
                 (body, branch, hit, shading),
                 sampler,
                 branches,
@@ -205,7 +206,7 @@ impl Tracer<'_> {
         sampler: &mut Sampler,
         branches: &mut Branches,
     ) {
-        let alpha = self.scene.world.bodies[body].roughness.powi(2);
+        let alpha = self.scene.world.bodies[body].roughness_at(hit).powi(2);
         let from_there = |(direction, medium): (DVec3, Option<usize>), weight: DVec3, side: f64| {
             let cosine = side * direction.dot(shading);
             // What leaves a rough surface on the wrong side would meet another facet; single scattering loses it.

@@ -93,7 +93,7 @@ impl<'a> Transport<'a> {
         let mirrored = flux * reflectance;
         let mut passed = flux - mirrored;
         if outside {
-            let tinted = passed * glass.tint;
+            let tinted = passed * glass.tint_at(&hit);
             self.account.absorbed += passed - tinted;
             passed = tinted;
             if met == 0 {
@@ -122,7 +122,7 @@ impl<'a> Transport<'a> {
         let normal = hit.normal_against(ray.direction);
         let once = fresnel_unpolarised(-ray.direction.dot(normal), glass.ior.recip());
         let mirrored = flux * (2.0 * once / (1.0 + once));
-        let passed = (flux - mirrored) * glass.tint;
+        let passed = (flux - mirrored) * glass.tint_at(&hit);
         self.account.absorbed += flux - mirrored - passed;
         if met == 0 {
             self.account.first_reflected += mirrored;

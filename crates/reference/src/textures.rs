@@ -1,20 +1,25 @@
 //! Colours out of images.
 
 use glam::{DVec2, DVec4};
-use murano_scene::{Image, Scene, TextureRef, Wrap};
+use murano_scene::{Image, TextureRef, Wrap};
 
 /// How an image stores its first three channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub(crate) enum Encoding {
     Linear,
     Srgb,
 }
 
 /// Colour of a texture slot, bilinear, of the finest level: samples of a pixel filter what is smaller. `None` where the
 /// slot names nothing that can be shown.
-pub(super) fn sample(scene: &Scene, slot: Option<TextureRef>, sets: [DVec2; 2], encoding: Encoding) -> Option<DVec4> {
+pub(crate) fn sample(
+    images: &[Image],
+    slot: Option<TextureRef>,
+    sets: [DVec2; 2],
+    encoding: Encoding,
+) -> Option<DVec4> {
     let slot = slot?;
-    let image = scene.images.get(slot.image).filter(|image| image.width > 0 && image.height > 0)?;
+    let image = images.get(slot.image).filter(|image| image.width > 0 && image.height > 0)?;
     let at = transformed(&slot, *sets.get(slot.texcoord)?) * DVec2::new(image.width.into(), image.height.into()) - 0.5;
     let base = at.floor();
     let share = at - base;
@@ -63,9 +68,9 @@ mod tests {
 
     use super::*;
 
-    fn scene() -> Scene {
+    fn images() -> Vec<Image> {
         let rgba = vec![[0, 0, 0, 255], [255, 0, 0, 255], [0, 255, 0, 255], [255, 255, 188, 0]];
-        Scene { images: vec![Image { name: String::new(), width: 2, height: 2, rgba }], ..Scene::default() }
+        vec![Image { name: String::new(), width: 2, height: 2, rgba }]
     }
 
     fn slot(wrap: Wrap) -> TextureRef {
@@ -74,9 +79,9 @@ mod tests {
 
     #[test]
     fn texels_are_blended_and_wrapped() {
-        let scene = scene();
+        let images = images();
         let at = |slot, x, y| {
-            sample(&scene, Some(slot), [DVec2::ZERO, DVec2::new(x, y)], Encoding::Linear).unwrap().truncate()
+            sample(&images, Some(slot), [DVec2::ZERO, DVec2::new(x, y)], Encoding::Linear).unwrap().truncate()
         };
         let repeat = slot(Wrap::Repeat);
         assert_eq!(at(repeat, 0.75, 0.25), glam::DVec3::X);
@@ -91,14 +96,14 @@ mod tests {
 
     #[test]
     fn srgb_is_decoded_and_what_is_missing_is_none() {
-        let scene = scene();
+        let images = images();
         let sets = [DVec2::ZERO, DVec2::splat(0.75)];
-        let colour = sample(&scene, Some(slot(Wrap::Repeat)), sets, Encoding::Srgb).unwrap();
+        let colour = sample(&images, Some(slot(Wrap::Repeat)), sets, Encoding::Srgb).unwrap();
         assert!((colour.z - 0.502_886).abs() < 1e-4 && colour.x == 1.0, "{colour}");
         for missing in [TextureRef { image: 1, ..slot(Wrap::Repeat) }, TextureRef { texcoord: 2, ..slot(Wrap::Repeat) }]
         {
-            assert!(sample(&scene, Some(missing), sets, Encoding::Linear).is_none());
+            assert!(sample(&images, Some(missing), sets, Encoding::Linear).is_none());
         }
-        assert!(sample(&scene, None, sets, Encoding::Linear).is_none());
+        assert!(sample(&images, None, sets, Encoding::Linear).is_none());
     }
 }
