@@ -128,16 +128,8 @@ fn a_plate_before_a_ball_takes_its_part_of_the_caustic() {
         ..still(view_down(&window, 0.04), window.size, Refraction::default())
     };
     let open = traced(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window);
-    // Over less than a half of the ball, whose light does not cross over into the plate's shadow: the lamp sees nothing there.
-    let [low, high] = [Vec3::new(0.15, 1.3, -3.0), Vec3::new(4.0, 1.3, 3.0)];
-    let plate = Primitive {
-        positions: vec![low, Vec3::new(low.x, low.y, high.z), high, Vec3::new(high.x, low.y, low.z)],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Primitive::default()
-    };
-    world.scene.meshes.push(Mesh { name: "plate".into(), primitives: vec![plate] });
-    world.scene.roots.push(world.scene.nodes.len());
-    world.scene.nodes.push(Node { mesh: Some(world.scene.meshes.len() - 1), ..Node::default() });
+    // Over less than a half of the ball, whose light does not cross over into the plate's shadow.
+    add_box(&mut world.scene, Vec3::new(0.15, 1.3, -3.0), Vec3::new(4.0, 1.3, 3.0));
     let truth = traced(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window);
     let kept = energy_ratio(&open, &truth).unwrap();
     assert!((0.2..0.8).contains(&kept), "the plate takes a part: {kept} is left");
@@ -172,6 +164,59 @@ fn photons_see_a_map_of_normals() {
         let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
         eprintln!("under waves, {method}: energy {energy:.4}, relative L1 {l1:.4}");
         assert!((energy - 1.0).abs() < 0.005 && l1 < most, "{method}: energy {energy}, relative L1 {l1}");
+    }
+}
+
+/// Adds an opaque box, or a plate where its height is none.
+fn add_box(scene: &mut Scene, low: Vec3, high: Vec3) {
+    let corner = |at: usize| {
+        let bit = |axis: usize| if at >> axis & 1 == 1 { high[axis] } else { low[axis] };
+        Vec3::new(bit(0), bit(1), bit(2))
+    };
+    // Counter-clockwise seen from outside: top, bottom, then around.
+    let faces = [[2, 6, 7, 3], [0, 1, 5, 4], [4, 5, 7, 6], [0, 2, 3, 1], [1, 3, 7, 5], [0, 4, 6, 2]];
+    let shown = if low.y == high.y { 1 } else { faces.len() };
+    let mut solid = Primitive::default();
+    for face in &faces[..shown] {
+        let first = solid.positions.len() as u32;
+        solid.positions.extend(face.map(corner));
+        solid.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    scene.meshes.push(Mesh { name: "box".into(), primitives: vec![solid] });
+    scene.roots.push(scene.nodes.len());
+    scene.nodes.push(Node { mesh: Some(scene.meshes.len() - 1), ..Node::default() });
+}
+
+/// Light that a ball throws into the shadow of something opaque lies there; it goes past what is solid and not through it. Bounded by what
+/// was measured, plus a tenth.
+#[test]
+fn light_reaches_what_opaque_things_hide_from_the_lamp() {
+    // Behind its focus the ball's light has crossed over: what enters beside the plate lands under it.
+    let plate = (Vec3::new(0.05, 1.2, -3.0), Vec3::new(4.0, 1.2, 3.0), DVec3::new(0.0, 7.0, 0.0));
+    // Its light meets a wall's top, its side and the floor beyond, in the wall's shadow and out of it.
+    let wall = (Vec3::new(0.15, -1.2, -0.6), Vec3::new(0.3, -0.6, 0.6), DVec3::new(-3.0, 6.0, 0.0));
+    for (name, (low, high, place)) in [("plate", plate), ("wall", wall)] {
+        let (mut world, floor) = balls(&[(DVec3::new(0.0, 0.4, 0.0), 0.5)]);
+        add_box(&mut world.scene, low, high);
+        let lamp = spot(place, 100.0);
+        let window = window(&floor, 2.0);
+        let truth =
+            traced_with(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window, 1_600_000);
+        let request =
+            FrameRequest { lights: vec![lamp], ..still(view_down(&window, 0.04), window.size, Refraction::default()) };
+        let mut renderer = renderer(gpu(), world);
+        for method in [CausticsMethod::Splat, CausticsMethod::Beams, CausticsMethod::Footprint] {
+            let caustics = Some(Caustics { photons: 192, method, interfaces: Interfaces::Two, ..Caustics::default() });
+            let [_, drawn, _] = rendered(&mut renderer, &FrameRequest { caustics, ..request.clone() }, &window, 0.04);
+            let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
+            eprintln!("{name}, {method}: {:.3} W, energy {energy:.4}, relative L1 {l1:.4}", truth.flux());
+            let most = match method {
+                CausticsMethod::Splat => 0.0745,
+                CausticsMethod::Beams => 0.063,
+                _ => 0.0481,
+            };
+            assert!((energy - 1.0).abs() < 0.005 && l1 < most, "{name}, {method}: energy {energy}, relative L1 {l1}");
+        }
     }
 }
 

@@ -85,6 +85,48 @@ fn an_orbit_over_a_still_pose_runs_nothing_of_the_light() {
     }
 }
 
+/// What opaque things hide from the lamp is kept as well as what it sees.
+#[test]
+fn caustics_in_opaque_shadows_are_kept() {
+    let world = || {
+        let mut world = two_bodies();
+        let plate = |height: f32, half: f32| Primitive {
+            positions: [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]]
+                .map(|[x, z]: [f32; 2]| Vec3::new(half * x + 0.9, height, half * z))
+                .to_vec(),
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            material: Some(world.scene.materials.len()),
+            ..Primitive::default()
+        };
+        let primitives = vec![plate(2.5, 0.8), plate(-2.0, 8.0)];
+        world.scene.materials.push(Material { metallic: 0.0, ..Material::default() });
+        world.scene.roots.push(world.scene.nodes.len());
+        world.scene.nodes.push(Node { mesh: Some(world.scene.meshes.len()), ..Node::default() });
+        world.scene.meshes.push(Mesh { name: "plates".into(), primitives });
+        world.floor = None;
+        world
+    };
+    let view = View::look_at(DVec3::new(2.0, 4.0, 7.0), DVec3::ZERO, 0.8);
+    let request = FrameRequest {
+        playing: Layer::alone(Some(0), 0.0),
+        lights: vec![sun()],
+        caustics: Some(Caustics { map_size: 256, ..CAUSTICS }),
+        ..still(view, SIZE, Refraction::default())
+    };
+    let mut warm = renderer(gpu(), world());
+    render(&mut warm, &request);
+    let orbit = render(&mut warm, &orbited(&request, 0.3));
+    assert_reused(&orbit, &["hidden", "deposit", "deposit_hidden"], "an orbit");
+    assert!(ran(&orbit).contains("receive_hidden"), "an orbit: the eye saw nothing new");
+    let later = at_time(&request, 0.05);
+    let moved = render(&mut warm, &later);
+    let decision = |name: &str| moved.passes.iter().find(|pass| pass.name == name).expect("a pass").decision;
+    assert_eq!([decision("deposit_hidden:0"), decision("deposit_hidden:1")], ["ran", "reused"]);
+    assert_equal(&moved, &render(&mut renderer(gpu(), world()), &later), "one of two turned");
+    let Frame { passes, .. } = render(&mut warm, &FrameRequest { skipping: Skipping::Verify, ..later });
+    assert!(passes.iter().any(|pass| pass.name == "deposit_hidden:0"));
+}
+
 #[test]
 fn a_moving_light_leaves_the_body_and_the_eye_alone() {
     let (world, request) = dancer();

@@ -3,7 +3,7 @@
 
 use glam::{DMat4, DVec2, DVec3, Vec3, Vec4};
 use murano_animation::{Bounds, DeformedGeometry};
-use murano_caustics::{Cast, Caster, Caustics, Lamp, Photons, deposit, light_map_size};
+use murano_caustics::{Cast, Caster, Caustics, Lamp, Photons, Receivers, Surfaces, deposit, light_map_size};
 use murano_gpu::{Gpu, Leaf, Work};
 use murano_metrics::irradiance::IrradianceMap;
 use murano_optics::fresnel_dielectric;
@@ -195,7 +195,16 @@ impl Scene {
         };
         let caustics = Caustics { photons, map_size: FINER * SIZE, interfaces: Interfaces::Two, ..Caustics::default() };
         let photons = Photons::followed_elsewhere(rays, Some(differentials));
-        let map = deposit(gpu, &mut plan, &cast, &caustics, photons, receivers, 4.0 * ABOVE).expect("a caustic map");
+        let map = deposit(
+            gpu,
+            &mut plan,
+            &cast,
+            &caustics,
+            photons,
+            (&Receivers { seen: receivers, hidden: None }, Surfaces::Seen),
+            4.0 * ABOVE,
+        )
+        .expect("a caustic map");
         let executed = gpu.execute(&plan, &[map.flux], &mut History::new(), Skipping::Off).expect("a caustic map");
         assert!(map.monochrome, "clear glass colours nothing");
         let texel = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes[..4].try_into().expect("a number")));

@@ -11,6 +11,6 @@ mod settings;
 
 pub use caster::{Caster, Mirror};
 pub use lamp::{Emission, Lamp, Lamps, cone_cosines};
-pub use photons::{Cast, CausticMap, Photons, deposit, emit, level_texels, light_map_size};
+pub use photons::{Cast, CausticMap, Photons, Receivers, Surfaces, deposit, emit, level_texels, light_map_size};
 pub use receive::{gather, receive};
 pub use settings::{Caustics, Method};

@@ -51,6 +51,7 @@ struct LandingParams {
     photons: u32,
     mirrored: u32,
     part_of_wave: f32,
+    layer: u32,
 }
 
 #[derive(ShaderType)]
@@ -120,6 +121,24 @@ impl Cast<'_> {
     pub(crate) fn receivers(&self) -> FrameViewpoint {
         self.lamp.receivers.in_frame(self.viewpoint.origin)
     }
+}
+
+/// What a lamp sees of all that is opaque, and what that hides from it.
+#[derive(Clone, Copy, Debug)]
+pub struct Receivers {
+    /// `vec4f` a texel: normal in the lamp's view space, depth.
+    pub seen: Output,
+    /// Behind it ([`Layers::Behind`](murano_refraction::Layers::Behind)): the next front, as `seen`, and the next back.
+    pub hidden: Option<[Output; 2]>,
+}
+
+/// Some of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surfaces {
+    /// Those that the lamp sees.
+    Seen,
+    /// Those that these hide, where [`Receivers::hidden`] knows them.
+    Hidden,
 }
 
 /// What the pass `emit` provides.
@@ -303,7 +322,8 @@ pub fn emit(
     Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })
 }
 
-/// Adds the pass `deposit:instance`: lands the photons on the receivers that the lamp sees and sums their flux.
+/// Adds the pass `deposit:instance`, or `deposit_hidden:instance`: lands the photons on the receivers that the lamp sees, or on those that
+/// these hide, and sums their flux.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
@@ -313,7 +333,7 @@ pub fn deposit(
     cast: &Cast<'_>,
     caustics: &Caustics,
     photons: Photons,
-    receivers: Output,
+    (receivers, on): (&Receivers, Surfaces),
     reach: f64,
 ) -> Result<CausticMap, GpuError> {
     let viewpoint = &cast.lamp.receivers;
@@ -345,7 +365,11 @@ pub fn deposit(
     let shader = |root: &'static str| gpu.shader(&spec(root));
     let over_photons = Groups::linear(photon_count as usize, 64);
     let over_map = Groups::Direct([size.x.div_ceil(8), size.y.div_ceil(8), LEVELS as u32]);
-    let pass = cast.viewpoint.tell(ComputePass::new("deposit", cast.instance), "caster_viewpoint");
+    let name = match on {
+        Surfaces::Seen => "deposit",
+        Surfaces::Hidden => "deposit_hidden",
+    };
+    let pass = cast.viewpoint.tell(ComputePass::new(name, cast.instance), "caster_viewpoint");
     let mut pass = cast
         .receivers()
         .tell(pass, "receiver_viewpoint")
@@ -359,6 +383,7 @@ pub fn deposit(
                 photons: caustics.photons,
                 mirrored: grids.mirrored,
                 part_of_wave: 1.0 / grids.waves() as f32,
+                layer: u32::from(on == Surfaces::Hidden),
             },
         )
         .value(
@@ -376,7 +401,7 @@ pub fn deposit(
             },
         )
         .input("photons", photons.rays)
-        .input("receivers", receivers)
+        .input("receivers", receivers.seen)
         .input("front", cast.map.front)
         .workspace("landings", LANDING_BYTES * photons_asked)
         .value("detail_params", &DetailParams { size })
@@ -399,11 +424,19 @@ pub fn deposit(
         pass = pass.value("spectrum", spectrum);
     }
     let shah = caustics.method == Method::Shah;
+    let hidden = receivers.hidden.filter(|_| caustics.method.follows_hidden());
+    if let Some([next, back]) = hidden {
+        pass = pass.input("hidden", next).input("inner", back);
+    }
     let sheet = cast.map.back.filter(|_| matches!(cast.caster, Caster::Glass(glass) if glass.thin));
     if let Some(back) = sheet {
         pass = pass.input("back", back);
     }
-    let land = gpu.shader(&spec("caustics::land").feature("iterated", shah).feature("thin", sheet.is_some()))?;
+    let land = spec("caustics::land")
+        .feature("iterated", shah)
+        .feature("thin", sheet.is_some())
+        .feature("layered", hidden.is_some());
+    let land = gpu.shader(&land)?;
     pass = pass.dispatch(&land, "main", over_photons);
     pass = pass.dispatch(&shader("caustics::detail")?, "main", Groups::Direct([1; 3]));
     let watts = (1.0 / units) as f32;
@@ -517,6 +550,7 @@ mod tests {
                 photons: 4,
                 mirrored: 5,
                 part_of_wave: 6.0,
+                layer: 7,
             }
         )
         .unwrap();

@@ -6,7 +6,7 @@ use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Glass, Viewpoint, listed_tiles, over_tile_lists, texels, tile_threads};
 use murano_scheduler::{Output, Plan};
 
-use crate::{Cast, Caster, CausticMap, level_texels, photons::texels_before};
+use crate::{Cast, Caster, CausticMap, Surfaces, level_texels, photons::texels_before};
 
 #[derive(ShaderType)]
 struct Params {
@@ -33,7 +33,8 @@ struct Pane {
     tint: Vec3,
 }
 
-/// Adds the pass `receive:instance`: `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
+/// Adds the pass `receive:instance`, or `receive_hidden:instance` for what the lamp does not see (there is no direct light to take away
+/// there): `vec4f` a pixel of the eye, irradiance by caustics for a lamp of intensity 1 (RGB) and
 /// the share of direct light that the caster takes away (w); without a caustic map the share of direct light, RGB, that neither passes the
 /// caster nor comes straight through it: Fresnel's law at both interfaces, and absorption between them. Runs over the tiles where there may
 /// be any of either, and is zero elsewhere. Glass has a pass `shade:instance` for its shadow. `sample_width` is the side of what a ray samples
@@ -48,11 +49,13 @@ pub fn receive(
     eye: &Viewpoint,
     sample_width: f32,
     surfaces: Output,
-    caustic_map: Option<&CausticMap>,
+    (caustic_map, on): (Option<&CausticMap>, Surfaces),
 ) -> Result<Output, GpuError> {
     let cell = (cast.viewpoint.viewpoint.size[0] / LEAST_CELLS).max(1);
     let shade = match (cast.caster, cast.map.back) {
-        (Caster::Glass(glass), Some(back)) => Some(shade(gpu, plan, cast, glass, back, caustic_map.is_some(), cell)?),
+        (Caster::Glass(glass), Some(back)) if on == Surfaces::Seen => {
+            Some(shade(gpu, plan, cast, glass, back, caustic_map.is_some(), cell)?)
+        }
         // What is opaque throws its shadow with everything else.
         _ => None,
     };
@@ -82,7 +85,11 @@ pub fn receive(
         cell,
         sample_width,
     };
-    let mut pass = ComputePass::new("receive", cast.instance)
+    let name = match on {
+        Surfaces::Seen => "receive",
+        Surfaces::Hidden => "receive_hidden",
+    };
+    let mut pass = ComputePass::new(name, cast.instance)
         .value("params", &params)
         .value("eye", &eye.uniform(cast.viewpoint.origin))
         .input("surfaces", surfaces)
@@ -118,14 +125,14 @@ struct GatherParams {
 }
 
 /// What all casters of a lamp do to its light, from what each of them does ([`receive`]); `None` without casters. A tree of passes
-/// `gather`, numbered from `instance` on, so that where one of many casters changes most of them are reused.
+/// `gather` (`gather_hidden`), numbered from `instance` on, so that where one of many casters changes most of them are reused.
 ///
 /// # Errors
 /// [`GpuError`] if a shader or the plan is defective.
 pub fn gather(
     gpu: &Gpu,
     plan: &mut Plan<Work>,
-    mut instance: u32,
+    (on, mut instance): (Surfaces, u32),
     mut received: Vec<Output>,
     size: [u32; 2],
     with_caustics: bool,
@@ -143,8 +150,12 @@ pub fn gather(
                 .feature("third", group.len() > 2)
                 .feature("fourth", group.len() > 3)
                 .feature("caustic", with_caustics);
+            let name = match on {
+                Surfaces::Seen => "gather",
+                Surfaces::Hidden => "gather_hidden",
+            };
             let mut pass =
-                ComputePass::new("gather", instance).value("params", &params).output("received", 16 * texels(size));
+                ComputePass::new(name, instance).value("params", &params).output("received", 16 * texels(size));
             for (name, output) in ["first", "second", "third", "fourth"].into_iter().zip(group) {
                 pass = pass.input(name, *output);
             }

@@ -22,6 +22,12 @@ impl Method {
     /// Every method there is.
     pub const ALL: [Self; 4] = [Self::Splat, Self::Shah, Self::Beams, Self::Footprint];
 
+    /// Whether photons land on what the lamp does not see, too.
+    pub fn follows_hidden(self) -> bool {
+        // Its iteration knows one surface.
+        self != Self::Shah
+    }
+
     /// Whether its photons tell where they came from and how their rays differ from cell to cell.
     pub(crate) fn wants_differentials(self) -> bool {
         matches!(self, Self::Beams | Self::Footprint)

@@ -21,6 +21,8 @@ pub enum Layers {
     },
     /// Nearest front face, nearest back face, and the list of all layers of every texel.
     All(Hierarchy),
+    /// Of what lies behind the surfaces of another map (its `front`), the nearest front face and the nearest back face.
+    Behind(Output),
 }
 
 /// What lists of layers have above them, to skip what lies clear of all layers.
@@ -151,8 +153,13 @@ fn rasterise_over(
     layers: Layers,
     [small, large]: [Groups; 2],
 ) -> Result<ComputePass, GpuError> {
-    let shader = gpu.shader(&ShaderSpec::new("refraction::visibility"))?;
+    let seen_first = if let Layers::Behind(seen_first) = layers { Some(seen_first) } else { None };
+    let shader = gpu.shader(&ShaderSpec::new("refraction::visibility").feature("peeled", seen_first.is_some()))?;
     let count = if layers == Layers::Nearest { 1 } else { 2 };
+    let pass = match seen_first {
+        Some(seen_first) => pass.input("seen_first", seen_first),
+        None => pass,
+    };
     Ok(pass
         .value(
             "raster",
@@ -215,7 +222,7 @@ pub fn interface_map(
             Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
                 .dispatch(&resolve, "list_one", list)
                 .dispatch(&resolve, "one_layer", LISTED_TILES),
-            Layers::NearestBack | Layers::FarthestBack { depth_range: false } => rasterise(
+            Layers::NearestBack | Layers::Behind(_) | Layers::FarthestBack { depth_range: false } => rasterise(
                 gpu, pass, geometry, size, layers,
             )?
             .dispatch(&resolve, "list_two", list)

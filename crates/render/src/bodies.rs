@@ -79,6 +79,8 @@ pub(crate) struct Opaque {
     pub(crate) leaves: GeometryLeaves,
     /// Constant buffers by the names the opaque shader binds, but for the materials.
     pub(crate) buffers: [Constant; 3],
+    /// Whether it may hide some of itself from a lamp: not where it is one plane.
+    pub(crate) may_hide: bool,
 }
 
 /// Appends a floor to a scene as a node of its own and returns its material.
@@ -199,7 +201,24 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
         constant("colors", Leaf::of(&geometry.colors)),
         constant("triangle_materials", Leaf::of(&objects)),
     ];
-    Ok(Sorted { bodies, mirrors, opaque: Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers } })
+    let may_hide = !is_plane(scene, &geometry);
+    let opaque = Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers, may_hide };
+    Ok(Sorted { bodies, mirrors, opaque })
+}
+
+/// Whether it is nothing, or one plane that nothing bends.
+fn is_plane(scene: &Scene, geometry: &Geometry) -> bool {
+    let [only] = &geometry.instances[..] else { return geometry.instances.is_empty() };
+    if only.targets > 0 || scene.nodes[only.node].skin.is_some() {
+        return false;
+    }
+    let place = |vertex: u32| Vec3::from(geometry.vertices[vertex as usize].position).as_dvec3();
+    let size = geometry.vertices.iter().map(|vertex| Vec3::from(vertex.position).length()).fold(0.0, f32::max);
+    let normals = geometry.triangles.iter().map(|&[a, b, c]| (place(b) - place(a)).cross(place(c) - place(a)));
+    let Some(normal) = normals.max_by(|a, b| a.length().total_cmp(&b.length())) else { return true };
+    let normal = normal.normalize_or_zero();
+    let off = |vertex: u32| (place(vertex) - place(geometry.triangles[0][0])).dot(normal).abs();
+    geometry.triangles.iter().flatten().all(|&vertex| off(vertex) <= 1e-6 * f64::from(size))
 }
 
 /// Materials that the clips of a scene drive.

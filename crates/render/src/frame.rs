@@ -3,7 +3,7 @@
 use encase::ShaderType;
 use glam::{DVec2, DVec3, Mat4, UVec2, Vec3, Vec4};
 use murano_animation::{Bounds, DeformedGeometry, Pose};
-use murano_caustics::{CausticMap, Mirror};
+use murano_caustics::Mirror;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
     Glass, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise, texels,
@@ -16,6 +16,7 @@ use crate::{
     FrameRequest, Moment, ToneMap, View,
     bodies::{Body, Sorted},
     distant::Distant,
+    lighting::Deposited,
     looks::Looks,
     order::back_to_front,
 };
@@ -45,7 +46,7 @@ pub(crate) struct Planned {
     /// Caustic irradiance and direct light of each lamp.
     pub(crate) light_layers: Vec<Output>,
     /// Every caustic map with its energy account.
-    pub(crate) accounts: Vec<CausticMap>,
+    pub(crate) accounts: Vec<Deposited>,
     /// Motion of the opaque scene and of each body, where asked for.
     pub(crate) motions: Vec<Output>,
 }
@@ -238,7 +239,7 @@ pub(crate) struct FramePlan<'a> {
     pub(crate) sample: u32,
     /// Whether the layers beside the picture are wanted of this sample.
     pub(crate) aov: bool,
-    pub(crate) accounts: Vec<CausticMap>,
+    pub(crate) accounts: Vec<Deposited>,
 }
 
 impl FramePlan<'_> {

@@ -4,7 +4,8 @@ use encase::ShaderType;
 use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
 use murano_caustics::{
-    Cast, Caster, Caustics, Lamp, Lamps, Mirror, cone_cosines, deposit, emit, gather, light_map_size, receive,
+    Cast, Caster, CausticMap, Caustics, Lamp, Lamps, Mirror, Receivers, Surfaces, cone_cosines, deposit, emit, gather,
+    light_map_size, receive,
 };
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{Layered, Layers, Mapped, Refraction, ViewpointUniform, interface_map, texels};
@@ -36,11 +37,30 @@ struct LampParams {
 /// Where a lamp shines, and what it sees there.
 struct Side<'a> {
     lamp: &'a Lamp,
-    receivers: Output,
+    receivers: Receivers,
+}
+
+/// What a caster does to a lamp's light at what the eye sees.
+struct Received {
+    /// Where the lamp sees it.
+    seen: Output,
+    /// And where it does not, for something opaque: its caustic alone.
+    hidden: Option<Output>,
+}
+
+/// What a lamp's light through one caster leaves.
+#[derive(Clone, Copy)]
+pub(crate) struct Deposited {
+    /// On what the lamp sees.
+    pub(crate) seen: CausticMap,
+    /// On what that hides.
+    pub(crate) hidden: Option<CausticMap>,
 }
 
 /// What a lamp sees to each side, as `render::illuminate` names it.
 const RECEIVERS: [&str; 6] = ["receivers", "second", "third", "fourth", "fifth", "sixth"];
+/// And what that hides.
+const HIDDEN: [&str; 6] = ["hidden", "hidden_second", "hidden_third", "hidden_fourth", "hidden_fifth", "hidden_sixth"];
 
 #[derive(ShaderType)]
 struct Sides {
@@ -87,15 +107,25 @@ impl FramePlan<'_> {
             }
             let map_size = self.request.caustics.map_or(SHADOW_MAP_SIZE, |caustics| caustics.map_size);
             let lamps = Lamps::new(placed, &casters, &everything, map_size);
+            let hides = self.stock.sorted.opaque.may_hide
+                && self.request.caustics.is_some_and(|caustics| caustics.method.follows_hidden());
             let mut sides = Vec::new();
             for (side, lamp) in (0..).zip(&lamps.sides) {
-                let key = ("receivers", number + side * self.request.lights.len() as u32);
+                let instance = number + side * self.request.lights.len() as u32;
                 let viewpoint = lamp.receivers.in_frame(self.origin);
-                let receivers =
-                    interface_map(self.stock.gpu, plan, key, &(*opaque).into(), &viewpoint, Layers::Nearest)?.front;
-                sides.push(Side { lamp, receivers });
+                let map = (*opaque).into();
+                let mut see =
+                    |name, layers| interface_map(self.stock.gpu, plan, (name, instance), &map, &viewpoint, layers);
+                let seen = see("receivers", Layers::Nearest)?.front;
+                let mut hidden = None;
+                if hides && !casters.is_empty() {
+                    let behind = see("hidden", Layers::Behind(seen))?;
+                    hidden = behind.back.map(|back| [behind.front, back]);
+                }
+                sides.push(Side { lamp, receivers: Receivers { seen, hidden } });
             }
             let mut received = Vec::new();
+            let mut received_hidden = Vec::new();
             let sorted = self.stock.sorted;
             let pairs = number * (sorted.bodies.len() + sorted.mirrors.len()) as u32;
             // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
@@ -120,10 +150,17 @@ impl FramePlan<'_> {
                 }
                 let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
-                received.extend(self.cast(plan, &thrower, side, seen.surfaces)?);
+                if let Some(by_caster) = self.cast(plan, &thrower, side, seen.surfaces)? {
+                    received.push(by_caster.seen);
+                    received_hidden.extend(by_caster.hidden);
+                }
             }
             let with_caustics = self.request.caustics.is_some();
-            let received = gather(self.stock.gpu, plan, pairs, received, self.eye.size, with_caustics)?;
+            let mut gathered =
+                |on, received| gather(self.stock.gpu, plan, (on, pairs), received, self.eye.size, with_caustics);
+            let received = gathered(Surfaces::Seen, received)?;
+            let hidden = gathered(Surfaces::Hidden, received_hidden)?;
+            let received = received.map(|seen| Received { seen, hidden });
             let (colour, layer) = self.illuminate(plan, number, &sides, received, seen, layered.colour)?;
             layered.colour = colour;
             layers.extend(layer);
@@ -138,8 +175,8 @@ impl FramePlan<'_> {
         thrower: &Thrower<'_>,
         side: &Side<'_>,
         surfaces: Output,
-    ) -> Result<Option<Output>, GpuError> {
-        let Side { lamp, receivers } = *side;
+    ) -> Result<Option<Received>, GpuError> {
+        let Side { lamp, receivers } = side;
         let Thrower { pair, refraction, bounds, mapped, caster, .. } = thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
         let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
@@ -170,14 +207,23 @@ impl FramePlan<'_> {
             surface,
             bends: thrower.surface.is_some_and(|source| source.relief.is_some()),
         };
-        let mut caustic_map = None;
+        let mut caustic_maps = None;
         if let Some(caustics) = caustics {
             let photons = emit(gpu, plan, &cast, caustics, refraction)?;
-            let deposited = deposit(gpu, plan, &cast, caustics, photons, receivers, self.reach)?;
+            let mut on = |on| deposit(gpu, plan, &cast, caustics, photons, (receivers, on), self.reach);
+            let seen = on(Surfaces::Seen)?;
+            let hidden = receivers.hidden.map(|_| on(Surfaces::Hidden)).transpose()?;
+            let deposited = Deposited { seen, hidden };
             self.accounts.push(deposited);
-            caustic_map = Some(deposited);
+            caustic_maps = Some(deposited);
         }
-        Ok(Some(receive(gpu, plan, &cast, &self.eye, self.sample_width(), surfaces, caustic_map.as_ref())?))
+        let mut on = |map: Option<&CausticMap>, on| {
+            receive(gpu, plan, &cast, &self.eye, self.sample_width(), surfaces, (map, on))
+        };
+        let seen = on(caustic_maps.as_ref().map(|maps| &maps.seen), Surfaces::Seen)?;
+        let hidden = caustic_maps.and_then(|maps| maps.hidden);
+        let hidden = hidden.map(|map| on(Some(&map), Surfaces::Hidden)).transpose()?;
+        Ok(Some(Received { seen, hidden }))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -186,7 +232,7 @@ impl FramePlan<'_> {
         plan: &mut Plan<Work>,
         number: u32,
         sides: &[Side<'_>],
-        received: Option<Output>,
+        received: Option<Received>,
         seen: &OpaquePicture,
         unlit: Output,
     ) -> Result<(Output, Option<Output>), GpuError> {
@@ -194,6 +240,8 @@ impl FramePlan<'_> {
             .feature("casters", received.is_some())
             .feature("caustic", self.request.caustics.is_some())
             .feature("aov", self.aov);
+        let hidden = received.as_ref().and_then(|received| received.hidden);
+        let spec = spec.feature("hidden", hidden.is_some());
         let spec = RECEIVERS.iter().zip(sides).skip(1).fold(spec, |spec, (name, _)| spec.feature(name, true));
         let shader = self.stock.gpu.shader(&spec)?;
         let count = texels(self.eye.size);
@@ -209,11 +257,17 @@ impl FramePlan<'_> {
             .input("albedo", seen.albedo)
             .input("unlit", unlit)
             .output("colour", 16 * count);
-        for (name, side) in RECEIVERS.iter().zip(sides) {
-            pass = pass.input(name, side.receivers);
+        for ((name, name_hidden), side) in RECEIVERS.iter().zip(HIDDEN).zip(sides) {
+            pass = pass.input(name, side.receivers.seen);
+            if let Some([next, _]) = side.receivers.hidden.filter(|_| hidden.is_some()) {
+                pass = pass.input(name_hidden, next);
+            }
         }
         if let Some(received) = received {
-            pass = pass.input("received", received);
+            pass = pass.input("received", received.seen);
+        }
+        if let Some(hidden) = hidden {
+            pass = pass.input("received_hidden", hidden);
         }
         if self.aov {
             pass = pass.cleared_output("light_layers", 16 * LIGHT_ROWS as u64 * count);

@@ -16,6 +16,7 @@ use crate::{
     bodies,
     distant::Distant,
     frame::{self, Planned, Stock},
+    lighting::Deposited,
     looks::{Arrangement, LookSource},
 };
 
@@ -256,7 +257,11 @@ impl Renderer {
         let targets: Vec<Output> = planned
             .accounts
             .iter()
-            .flat_map(|deposited| [deposited.account, deposited.flux, deposited.detail, deposited.range])
+            .flat_map(|Deposited { seen, hidden }| {
+                let seen_first = [seen.account, seen.flux, seen.detail, seen.range];
+                // Without anything hidden, its place is taken by what counts for nothing.
+                seen_first.into_iter().chain([hidden.as_ref().map_or(seen.account, |hidden| hidden.account)])
+            })
             .collect();
         let executed = self.gpu.execute(&planned.plan, &targets, &mut self.history, Skipping::On)?;
         let size = [request.caustics.map_or(0, |caustics| caustics.map_size); 2];
@@ -264,8 +269,10 @@ impl Renderer {
         Ok(planned
             .accounts
             .iter()
-            .zip(executed.targets.chunks(4))
-            .map(|(deposited, buffers)| {
+            .zip(executed.targets.chunks(5))
+            .map(|(Deposited { seen: deposited, hidden }, buffers)| {
+                let units_hidden: &[u32] = bytemuck::cast_slice(&buffers[4]);
+                let hidden = hidden.map_or(0.0, |hidden| f64::from(units_hidden[1]) * hidden.watts_per_unit);
                 let units: &[u32] = bytemuck::cast_slice(&buffers[0]);
                 let flux: &[u32] = bytemuck::cast_slice(&buffers[1]);
                 let place: &[f32] = bytemuck::cast_slice(&buffers[2]);
@@ -274,7 +281,7 @@ impl Renderer {
                     |first: usize| (first..first + finest).map(|texel| deposited.watts(flux, texel)).collect();
                 CausticAccount {
                     sent: f64::from(units[0]) * deposited.watts_per_unit,
-                    landed: f64::from(units[1]) * deposited.watts_per_unit,
+                    landed: f64::from(units[1]) * deposited.watts_per_unit + hidden,
                     map: texels_from(0),
                     detail: texels_from(level),
                     range: range[..2 * finest].to_vec(),
@@ -291,9 +298,9 @@ impl Renderer {
 pub struct CausticAccount {
     /// Watts that left the glass.
     pub sent: f64,
-    /// Watts that met a receiver within the lamp's view.
+    /// Watts that met a receiver within the lamp's view, or one that such hides.
     pub landed: f64,
-    /// The lamp's whole view: watts a texel, RGB, row by row.
+    /// The lamp's whole view of what it sees: watts a texel, RGB, row by row.
     pub map: Vec<[f32; 3]>,
     /// The part of it where the light lands, in as many texels.
     pub detail: Vec<[f32; 3]>,
