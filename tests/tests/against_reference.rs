@@ -158,7 +158,7 @@ fn photons_see_a_map_of_normals() {
     let request =
         FrameRequest { lights: vec![lamp], ..still(view_down(&window, 8.0), window.size, settings(Method::Layers, 5)) };
     let mut renderer = renderer(gpu(), world);
-    for (method, most) in [(CausticsMethod::Beams, 0.0672), (CausticsMethod::Footprint, 0.059)] {
+    for (method, most) in [(CausticsMethod::Beams, 0.0512), (CausticsMethod::Footprint, 0.042)] {
         let caustics = Some(Caustics { method, photons: 192, interfaces: Interfaces::Two, ..Caustics::default() });
         let [_, drawn, _] = rendered(&mut renderer, &FrameRequest { caustics, ..request.clone() }, &window, 8.0);
         let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());

@@ -59,9 +59,10 @@ pub fn receive(
         // What is opaque throws its shadow with everything else.
         _ => None,
     };
-    let shader = |root, shades| {
+    let shader = |root, shades, dark| {
         let spec = ShaderSpec::new(root)
             .feature("shades", shades)
+            .feature("dark", dark)
             .feature("caustic", caustic_map.is_some())
             .feature("monochrome", caustic_map.is_some_and(|map| map.monochrome));
         gpu.shader(&spec)
@@ -104,14 +105,16 @@ pub fn receive(
             .input("caustic_map", caustic_map.flux)
             .input("detail", caustic_map.detail);
     }
-    let list = shader("caustics::receive_tiles", shade.is_some())?;
-    pass = over_tile_lists(pass, eye.size, 2).dispatch(&list, "list", tile_threads(eye.size));
-    // In the caster's shadow, then beside it: there is nothing but its caustic.
-    if shade.is_some() {
-        pass = pass.dispatch(&shader("caustics::receive", true)?, "main", listed_tiles(0));
-    }
-    if caustic_map.is_some() {
-        pass = pass.dispatch(&shader("caustics::receive", false)?, "main", listed_tiles(1));
+    let list = shader("caustics::receive_tiles", shade.is_some(), false)?;
+    pass = over_tile_lists(pass, eye.size, 3).dispatch(&list, "list", tile_threads(eye.size));
+    // In the caster's shadow and its caustic, in one alone, in the other.
+    let shades = shade.is_some();
+    let lights = caustic_map.is_some();
+    for (list, shades, dark) in [(0, true, false), (1, false, false), (2, true, true)]
+        .into_iter()
+        .filter(|&(_, wants_shade, dark)| (shades || !wants_shade) && (lights || (wants_shade && !dark)))
+    {
+        pass = pass.dispatch(&shader("caustics::receive", shades, dark)?, "main", listed_tiles(list));
     }
     Ok(pass.add_to(plan)?[0])
 }

@@ -48,8 +48,8 @@ pub struct Gpu {
     failure: Arc<Mutex<Option<String>>>,
 }
 
-/// Storage buffers that a shader may use: as many as Metal has, and fewer than Mesa.
-pub(crate) const STORAGE_BUFFERS: u32 = 31;
+/// Storage buffers that a shader may use: what Metal leaves of its 31.
+pub(crate) const STORAGE_BUFFERS: u32 = 29;
 
 /// The process's one instance: drivers exist that find no adapter any more after some thirty.
 fn instance() -> &'static wgpu::Instance {

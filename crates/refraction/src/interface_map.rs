@@ -64,9 +64,7 @@ pub struct InterfaceMap {
 pub struct Relief {
     /// `vec4f` a vertex: TEXCOORD_0 and TEXCOORD_1.
     pub texcoords: Output,
-    /// `u32` a triangle: its row in `rows`.
-    pub triangle_materials: Output,
-    /// A material's `u32` texture slot and `f32` scale of its map of normals.
+    /// `u32` and `f32` a triangle: texture slot (`u32::MAX`: none) and scale of its map of normals.
     pub rows: Output,
     /// `lib::texels::TextureSlot`.
     pub texture_slots: Output,

@@ -207,7 +207,6 @@ pub fn with_maps(
     if let Some(relief) = map.relief.filter(|_| map.features().relief) {
         pass = pass
             .input("texcoords", relief.texcoords)
-            .input("triangle_materials", relief.triangle_materials)
             .input("relief_rows", relief.rows)
             .input("texture_slots", relief.texture_slots)
             .input("texels", relief.texels);

@@ -26,7 +26,7 @@ pub(crate) struct Body {
     /// What it is put together from.
     pub(crate) parts: Vec<Part>,
     /// Row in the table of materials of each triangle.
-    triangle_materials: Vec<u32>,
+    pub(crate) triangle_materials: Vec<u32>,
     /// Made when its surface is not the same everywhere.
     surface_buffers: OnceLock<[Constant; 3]>,
     /// Made when a method asks for it.

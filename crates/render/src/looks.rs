@@ -27,7 +27,7 @@ pub(crate) struct SurfaceSource {
     /// Whether any of its materials has a texture.
     pub(crate) textured: bool,
     /// What a map of normals is looked up in where a ray ends on a triangle, if any has one: buffers as [`Relief`] names them.
-    pub(crate) relief: Option<[Constant; 5]>,
+    pub(crate) relief: Option<[Constant; 4]>,
     /// Constant buffers by the names that `render::glass_surface` binds.
     pub(crate) buffers: Vec<Constant>,
 }
@@ -35,12 +35,12 @@ pub(crate) struct SurfaceSource {
 impl SurfaceSource {
     /// What bends the body's normals.
     pub(crate) fn relief(&self, plan: &mut Plan<Work>) -> Option<Relief> {
-        let [texcoords, triangle_materials, rows, texture_slots, texels] = self
+        let [texcoords, rows, texture_slots, texels] = self
             .relief
             .as_ref()?
             .each_ref()
             .map(|(name, stamp, leaf)| plan.leaf(name, *stamp, Work::Leaf(leaf.clone())));
-        Some(Relief { texcoords, triangle_materials, rows, texture_slots, texels })
+        Some(Relief { texcoords, rows, texture_slots, texels })
     }
 }
 
@@ -143,7 +143,7 @@ fn looks(
     }
     let shared =
         [constant("materials", Leaf::of(&rows)), constant("texture_slots", Leaf::of(&table.slots)), texels.clone()];
-    let relief_rows = constant("relief_rows", Leaf::of(&table.relief_rows()));
+    let relief_rows = table.relief_rows();
     let of = |&(node, primitive): &Part| Some(&materials[material_of(scene, node, primitive)?]);
     Looks {
         bodies: sorted
@@ -158,7 +158,7 @@ fn looks(
 }
 
 /// A body of these materials.
-fn look(body: &Body, materials: &[&Material], shared: &[Constant; 3], relief_rows: &Constant) -> Look {
+fn look(body: &Body, materials: &[&Material], shared: &[Constant; 3], relief_rows: &[[u32; 2]]) -> Look {
     let count = materials.len().max(1) as f32;
     let tint = materials.iter().map(|material| Vec3::from(Glass::of(material).tint)).sum::<Vec3>() / count;
     let roughness = materials.iter().map(|material| material.roughness).sum::<f32>() / count;
@@ -176,7 +176,7 @@ fn surface_of(
     body: &Body,
     materials: &[&Material],
     shared: &[Constant; 3],
-    relief_rows: &Constant,
+    relief_rows: &[[u32; 2]],
 ) -> Option<SurfaceSource> {
     let textures = |material: &Material| {
         [
@@ -195,11 +195,12 @@ fn surface_of(
     let mut buffers = body.surface_buffers().to_vec();
     // Textures are bound where they are sampled.
     buffers.extend(shared.iter().take(if textured { 3 } else { 1 }).cloned());
-    let [texcoords, _, triangle_materials] = body.surface_buffers();
+    let [texcoords, ..] = body.surface_buffers();
     let [_, slots, texels] = shared;
-    let relief = materials
-        .iter()
-        .any(|material| material.normal_texture.is_some())
-        .then(|| [texcoords, triangle_materials, relief_rows, slots, texels].map(Clone::clone));
+    let bends = materials.iter().any(|material| material.normal_texture.is_some());
+    let relief = bends.then(|| {
+        let rows: Vec<[u32; 2]> = body.triangle_materials.iter().map(|&row| relief_rows[row as usize]).collect();
+        [texcoords.clone(), constant("relief_rows", Leaf::of(&rows)), slots.clone(), texels.clone()]
+    });
     Some(SurfaceSource { textured, relief, buffers })
 }

@@ -86,7 +86,7 @@ impl MaterialTable {
         }
     }
 
-    /// Texture slot and scale of each material's map of normals (`refraction::relief::ReliefRow`).
+    /// Texture slot and scale of each material's map of normals.
     pub(crate) fn relief_rows(&self) -> Vec<[u32; 2]> {
         self.rows.iter().map(|row| [row.normal_slot, row.normal_scale.to_bits()]).collect()
     }
