@@ -192,6 +192,7 @@ impl Scene {
             caster: &Caster::Glass(Glass::of(&Material::glass(self.ior))),
             surface: None,
             bends: false,
+            faceted: false,
         };
         let caustics = Caustics { photons, map_size: FINER * SIZE, interfaces: Interfaces::Two, ..Caustics::default() };
         let photons = Photons::followed_elsewhere(rays, Some(differentials));

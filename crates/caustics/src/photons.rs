@@ -114,6 +114,8 @@ pub struct Cast<'a> {
     pub surface: Option<Output>,
     /// Whether any map bends its normals.
     pub bends: bool,
+    /// Whether its surface is made of facets, whose light has steps.
+    pub faceted: bool,
 }
 
 impl Cast<'_> {
@@ -358,6 +360,7 @@ pub fn deposit(
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
         spec.feature("monochrome", monochrome)
+            .feature("faceted", cast.faceted)
             .feature("dispersive", dispersive)
             .feature("mirror", mirror)
             .feature("surface_map", cast.surface.is_some())

@@ -27,6 +27,8 @@ pub(crate) struct Body {
     pub(crate) parts: Vec<Part>,
     /// Row in the table of materials of each triangle.
     pub(crate) triangle_materials: Vec<u32>,
+    /// Whether it is made of facets.
+    pub(crate) faceted: bool,
     /// Made when its surface is not the same everywhere.
     surface_buffers: OnceLock<[Constant; 3]>,
     /// Made when a method asks for it.
@@ -71,6 +73,8 @@ pub(crate) struct MirrorBody {
     pub(crate) leaves: GeometryLeaves,
     /// One of its parts; all are of the same metal.
     pub(crate) part: Part,
+    /// Whether it is made of facets.
+    pub(crate) faceted: bool,
 }
 
 /// Everything that is shaded.
@@ -169,7 +173,8 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
         .into_iter()
         .map(|members| {
             let geometry = Geometry::build(scene, &members)?;
-            Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, part: members[0] })
+            let faceted = is_faceted(&geometry);
+            Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, part: members[0], faceted })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
     let row_of = |material: Option<usize>| material.unwrap_or(scene.materials.len());
@@ -181,6 +186,7 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
             let triangle_materials = geometry.triangle_instances.iter().map(row).collect();
             Ok(Body {
                 leaves: GeometryLeaves::new(&geometry),
+                faceted: is_faceted(&geometry),
                 geometry,
                 parts,
                 triangle_materials,
@@ -204,6 +210,16 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
     let may_hide = !is_plane(scene, &geometry);
     let opaque = Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers, may_hide };
     Ok(Sorted { bodies, mirrors, opaque })
+}
+
+/// Whether most triangles have one normal: none of their own, or three that are alike.
+fn is_faceted(geometry: &Geometry) -> bool {
+    let normal = |vertex: u32| Vec3::from(geometry.vertices[vertex as usize].normal);
+    let is_facet = |&&[a, b, c]: &&[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(normal);
+        a.distance_squared(b).max(a.distance_squared(c)) < 1e-6
+    };
+    2 * geometry.triangles.iter().filter(is_facet).count() > geometry.triangles.len()
 }
 
 /// Whether it is nothing, or one plane that nothing bends.

@@ -78,6 +78,8 @@ struct Thrower<'a> {
     refraction: Refraction,
     /// What its surface is sampled from, where that is not the same everywhere.
     surface: Option<&'a SurfaceSource>,
+    /// Whether that is made of facets.
+    faceted: bool,
 }
 
 impl FramePlan<'_> {
@@ -149,7 +151,11 @@ impl FramePlan<'_> {
                     continue;
                 }
                 let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
-                let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface };
+                let faceted = match sorted.bodies.get(index as usize) {
+                    Some(body) => body.faceted,
+                    None => sorted.mirrors[index as usize - sorted.bodies.len()].faceted,
+                };
+                let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface, faceted };
                 if let Some(by_caster) = self.cast(plan, &thrower, side, seen.surfaces)? {
                     received.push(by_caster.seen);
                     received_hidden.extend(by_caster.hidden);
@@ -207,6 +213,7 @@ impl FramePlan<'_> {
             bounds,
             caster,
             surface,
+            faceted: thrower.faceted,
             bends: thrower.surface.is_some_and(|source| source.relief.is_some()),
         };
         let mut caustic_maps = None;
