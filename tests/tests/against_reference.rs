@@ -144,12 +144,8 @@ fn a_plate_before_a_ball_takes_its_part_of_the_caustic() {
     }
 }
 
-/// Photons through a ball under a map of normals, which bends both interfaces and how footprints turn there. Bounded by what was measured,
-/// plus a tenth.
-#[test]
-fn photons_see_a_map_of_normals() {
-    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
-    under_waves(&mut world.scene, 0.15);
+/// A body of unit size over a floor under a spot: its renderer and request, what is compared, and the truth of that.
+fn over_floor(mut world: World) -> (Renderer, FrameRequest, Window, IrradianceMap) {
     let floor = Floor { height: -1.3, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
     world.floor = Some(floor);
     let lamp = spot(DVec3::new(1.0, 6.0, 0.5), 100.0);
@@ -157,7 +153,16 @@ fn photons_see_a_map_of_normals() {
     let truth = traced_with(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window, 1_600_000);
     let request =
         FrameRequest { lights: vec![lamp], ..still(view_down(&window, 8.0), window.size, settings(Method::Layers, 5)) };
-    let mut renderer = renderer(gpu(), world);
+    (renderer(gpu(), world), request, window, truth)
+}
+
+/// Photons through a ball under a map of normals, which bends both interfaces and how footprints turn there. Bounded by what was measured,
+/// plus a tenth.
+#[test]
+fn photons_see_a_map_of_normals() {
+    let mut world = glass_body(&asset("sphere.glb"), Ior::GLASS);
+    under_waves(&mut world.scene, 0.15);
+    let (mut renderer, request, window, truth) = over_floor(world);
     for (method, most) in [(CausticsMethod::Beams, 0.0512), (CausticsMethod::Footprint, 0.042)] {
         let caustics = Some(Caustics { method, photons: 192, interfaces: Interfaces::Two, ..Caustics::default() });
         let [_, drawn, _] = rendered(&mut renderer, &FrameRequest { caustics, ..request.clone() }, &window, 8.0);
@@ -187,14 +192,7 @@ fn facets_throw_patches_with_edges() {
         ball.triangles.extend([[first, below, first + 1], [first + 1, below, below + 1]]);
     }
     world.scene.meshes[0].primitives = vec![ball];
-    let floor = Floor { height: -1.3, center: [0.0, 0.0], half_extent: 60.0, albedo: [0.5; 3] };
-    world.floor = Some(floor);
-    let lamp = spot(DVec3::new(1.0, 6.0, 0.5), 100.0);
-    let window = window(&floor, 1.6);
-    let truth = traced_with(&world.scene, &Pose::rest(&world.scene), std::slice::from_ref(&lamp), window, 1_600_000);
-    let request =
-        FrameRequest { lights: vec![lamp], ..still(view_down(&window, 8.0), window.size, settings(Method::Layers, 5)) };
-    let mut renderer = renderer(gpu(), world);
+    let (mut renderer, request, window, truth) = over_floor(world);
     let caustics = Some(Caustics { photons: 96, interfaces: Interfaces::Two, ..Caustics::default() });
     let [_, drawn, _] = rendered(&mut renderer, &FrameRequest { caustics, ..request }, &window, 8.0);
     let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
