@@ -228,6 +228,7 @@ fn nothing_mapped(any: Output) -> InterfaceMap {
         front_triangles: None,
         tree: None,
         relief: None,
+        media: None,
         geometry: DeformedGeometry {
             positions: any,
             normals: any,

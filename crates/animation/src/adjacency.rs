@@ -38,7 +38,7 @@ const MOST_ONWARD: usize = 64;
 impl Geometry {
     /// For each triangle, the triangles across the edges opposite its first, second and third corner, as index plus one.
     ///
-    /// Corners are welded by their rest position within a node, whatever their normals and texture coordinates. Where more
+    /// Corners are welded by their rest position within a node and a shell, whatever their normals and texture coordinates. Where more
     /// than two triangles share an edge, those that run through it one way are matched with those that run the other way,
     /// in their order; surplus ones with the last. An edge along which several shorter ones lie end to end (T-junctions) has the
     /// triangle of the longest of them across, and all of them have its own; not where more than 64 open edges begin at one
@@ -126,16 +126,17 @@ impl Geometry {
         }
     }
 
-    /// For each vertex, the first one of its node that rests in the same place.
+    /// For each vertex, the first one of its node and shell that rests in the same place.
     fn welded_vertices(&self) -> Vec<u32> {
-        let mut first: HashMap<(NodeIndex, [u32; 3]), u32> = HashMap::with_capacity(self.vertices.len());
+        let mut first: HashMap<(NodeIndex, u32, [u32; 3]), u32> = HashMap::with_capacity(self.vertices.len());
         (0u32..)
             .zip(&self.vertices)
             .map(|(index, vertex)| {
                 let instance = &self.instances[vertex.instance as usize];
                 let place = (instance.pivot + Vec3::from(vertex.position).as_dvec3()).as_vec3();
                 // Adding zero makes -0 and 0 one place.
-                *first.entry((instance.node, (place + Vec3::ZERO).to_array().map(f32::to_bits))).or_insert(index)
+                let place = (place + Vec3::ZERO).to_array().map(f32::to_bits);
+                *first.entry((instance.node, instance.shell, place)).or_insert(index)
             })
             .collect()
     }

@@ -42,8 +42,9 @@ pub struct RestVertex {
     pub instance: u32,
     /// Mesh space; zero where the shading is flat.
     pub normal: [f32; 3],
-    /// 0: smooth, `normal` deforms with the vertex. 1, 2, 3: flat, the vertex is the first, second, third of its
-    /// triangle, whose vertices are the three from `index + 1 - corner` on; its normal is that of the deformed triangle.
+    /// In the lowest two bits 0: smooth, `normal` deforms with the vertex. 1, 2, 3: flat, the vertex is the first, second, third of its
+    /// triangle, whose vertices are the three from `index + 1 - corner` on; its normal is that of the deformed triangle. Above
+    /// them [`Instance::shell`].
     pub corner: u32,
 }
 
@@ -64,6 +65,8 @@ pub struct Instance {
     pub name: String,
     /// The node.
     pub node: NodeIndex,
+    /// Of several surfaces that have nothing to do with each other, which one it is a part of.
+    pub shell: u32,
     /// Index into `Scene::meshes`.
     pub mesh: usize,
     /// Index into `Mesh::primitives`.
@@ -204,16 +207,26 @@ impl Geometry {
     /// # Errors
     /// [`GeometryError`] when a pair names nothing or the arrays outgrow 32-bit indices.
     pub fn build(scene: &Scene, instances: &[(NodeIndex, usize)]) -> Result<Self, GeometryError> {
+        Self::of_shells(scene, &[instances])
+    }
+
+    /// Gathers several surfaces into one geometry, one after the other: they may touch, but what lies across an edge is of the same one.
+    ///
+    /// # Errors
+    /// As [`Geometry::build`].
+    pub fn of_shells(scene: &Scene, shells: &[&[(NodeIndex, usize)]]) -> Result<Self, GeometryError> {
         let mut geometry = Self { skinning: scene.skinning, influence_offsets: vec![0], ..Self::default() };
         let framed = |&(node, primitive): &(NodeIndex, usize)| is_framed(scene, node, primitive);
-        let framed = instances.iter().any(framed);
-        for &(node, primitive) in instances {
-            geometry.append(scene, node, primitive, framed).ok_or(GeometryError::NoSuchPrimitive {
-                node,
-                primitive,
-                nodes: scene.nodes.len(),
-            })?;
-            geometry.check_size(node)?;
+        let framed = shells.iter().copied().flatten().any(framed);
+        for (shell, instances) in (0..).zip(shells) {
+            for &(node, primitive) in *instances {
+                geometry.append(scene, node, primitive, shell, framed).ok_or(GeometryError::NoSuchPrimitive {
+                    node,
+                    primitive,
+                    nodes: scene.nodes.len(),
+                })?;
+                geometry.check_size(node)?;
+            }
         }
         Ok(geometry)
     }
@@ -233,7 +246,14 @@ impl Geometry {
     }
 
     /// Appends one instance; `None` if there is no such primitive.
-    fn append(&mut self, scene: &Scene, node: NodeIndex, primitive_index: usize, framed: bool) -> Option<()> {
+    fn append(
+        &mut self,
+        scene: &Scene,
+        node: NodeIndex,
+        primitive_index: usize,
+        shell: u32,
+        framed: bool,
+    ) -> Option<()> {
         let owner = scene.nodes.get(node)?;
         let mesh_index = owner.mesh?;
         let mesh = scene.meshes.get(mesh_index)?;
@@ -250,7 +270,7 @@ impl Geometry {
         let sources = source_vertices(primitive);
         let mut binding = Binding::new(scene, node, primitive, pivot);
         for (ordinal, &source) in sources.iter().enumerate() {
-            let corner = if flat_normals { ordinal as u32 % 3 + 1 } else { 0 };
+            let corner = if flat_normals { ordinal as u32 % 3 + 1 } else { 0 } | shell << 2;
             let rest = primitive.positions[source].as_dvec3() - pivot;
             self.vertices.push(RestVertex {
                 position: rest.as_vec3().to_array(),
@@ -275,6 +295,7 @@ impl Geometry {
         self.instances.push(Instance {
             name: if owner.name.is_empty() { mesh.name.clone() } else { owner.name.clone() },
             node,
+            shell,
             mesh: mesh_index,
             primitive: primitive_index,
             material: primitive.material,

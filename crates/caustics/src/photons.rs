@@ -150,6 +150,8 @@ pub struct Photons {
     rays: Output,
     /// `caustics::photon::PhotonDifferential` of each, where the method wants them.
     differentials: Option<Output>,
+    /// `vec4f` of each: linear RGB that the glass leaves of it, where it may be of several bodies.
+    colours: Option<Output>,
     grids: Grids,
 }
 
@@ -157,7 +159,8 @@ impl Photons {
     /// One grid of photons whose paths are known: `caustics::photon::Photon`, row after row, and as many
     /// `caustics::photon::PhotonDifferential`, for beams and footprints.
     pub fn followed_elsewhere(rays: Output, differentials: Option<Output>) -> Self {
-        Self { rays, differentials, grids: Grids { mirrored: 0, branches: 1, spectrum: None, rest: 0 } }
+        let grids = Grids { mirrored: 0, branches: 1, spectrum: None, rest: 0 };
+        Self { rays, differentials, colours: None, grids }
     }
 }
 
@@ -291,7 +294,8 @@ pub fn emit(
     let grids = Grids::of(cast.caster, caustics, refraction);
     let spec = spec.feature("differentials", differentials).feature("dispersive", grids.spectrum.is_some());
     let spec = spec.feature("by_chance", !mirror && !thin && grids.end_by_chance());
-    let bent = cast.surface.filter(|_| cast.bends);
+    let media = cast.map.media.is_some();
+    let bent = cast.surface.filter(|_| cast.bends || media);
     let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
     let shader = gpu.shader(&spec)?;
     let params = EmitParams {
@@ -310,6 +314,9 @@ pub fn emit(
     if differentials {
         pass = pass.cleared_output("differentials", DIFFERENTIAL_BYTES * count);
     }
+    if media {
+        pass = pass.cleared_output("colours", 16 * count);
+    }
     if let Some(bent) = bent {
         pass = pass.input("glass_surface", bent);
     }
@@ -321,7 +328,12 @@ pub fn emit(
     let outputs = with_maps(pass, cast.map, cast.viewpoint, cast.bounds, refraction, MOST_INTERFACES, sampled)
         .dispatch(&shader, "main", Groups::tiles([caustics.photons; 2]))
         .add_to(plan)?;
-    Ok(Photons { rays: outputs[0], differentials: outputs.get(1).copied(), grids })
+    let (colours, rest) = if media {
+        outputs.split_last().map_or((None, &[][..]), |(last, rest)| (Some(*last), rest))
+    } else {
+        (None, &outputs[..])
+    };
+    Ok(Photons { rays: rest[0], differentials: rest.get(1).copied(), colours, grids })
 }
 
 /// Adds the pass `deposit:instance`, or `deposit_hidden:instance`: lands the photons on the receivers that the lamp sees, or on those that
@@ -355,7 +367,8 @@ pub fn deposit(
         Caster::Glass(glass) => (glass.absorption, glass.tint, false),
         Caster::Mirror(mirror) => ([0.0; 3], mirror.reflectance, true),
     };
-    let monochrome = grey(absorption) && grey(tint) && !dispersive && cast.surface.is_none();
+    let monochrome =
+        grey(absorption) && grey(tint) && !dispersive && cast.surface.is_none() && photons.colours.is_none();
     let (texel, held) = if monochrome { (4, 4) } else { (16, 8) };
     let spec = |root: &'static str| {
         let spec = ShaderSpec::new(root).feature("differentials", photons.differentials.is_some());
@@ -363,6 +376,7 @@ pub fn deposit(
             .feature("faceted", cast.faceted)
             .feature("dispersive", dispersive)
             .feature("mirror", mirror)
+            .feature("media", photons.colours.is_some())
             .feature("surface_map", cast.surface.is_some())
     };
     let shader = |root: &'static str| gpu.shader(&spec(root));
@@ -419,6 +433,9 @@ pub fn deposit(
         .output("range", 4 * (LEVELS * count + coarse));
     if let Some(differentials) = photons.differentials {
         pass = pass.input("differentials", differentials);
+    }
+    if let Some(colours) = photons.colours {
+        pass = pass.input("colours", colours);
     }
     if let Some(surface) = cast.surface {
         pass = pass.input("glass_surface", surface);

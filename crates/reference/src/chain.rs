@@ -4,7 +4,7 @@ use glam::DVec3;
 use murano_optics::snell;
 use rayon::prelude::*;
 
-use crate::{Camera, Departure, Facing, Ray, Status, World};
+use crate::{Camera, Departure, Ray, Status, Within, World};
 
 /// Light refracted through all interfaces ahead of it: total reflection is followed, and so is what enters a body again.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,32 +34,30 @@ fn follow(world: &World, ray: &Ray, bounces: u32, until_out: bool) -> Chain {
         return Chain { status: Status::Left, origin: first.hit.position, exit: ray.direction, ..Chain::default() };
     }
     let mut chain = Chain { status: Status::TotallyReflected, ..Chain::default() };
-    let (mut ray, mut contact, mut inside) = (*ray, first, false);
+    let (mut ray, mut contact, mut within) = (*ray, first, Within::default());
     loop {
-        let body = &world.bodies[contact.body];
-        let facing = contact.hit.facing(ray.direction);
-        let eta = match facing {
-            Facing::Front => body.ior.recip(),
-            Facing::Back => body.ior,
-        };
-        if inside {
+        if !within.is_none() {
             chain.path_length += contact.hit.t;
         }
-        let refracted = snell(ray.direction, contact.hit.normal_against(ray.direction), eta);
-        inside = (facing == Facing::Front) != refracted.tir;
-        ray = Ray { origin: contact.hit.position, direction: refracted.direction };
-        chain.bounces += 1;
+        ray.origin = contact.hit.position;
+        // Light goes straight on through a sheet, and what is no interface.
+        if !world.bodies[contact.body].thin {
+            let [here, beyond] = within.across(contact.body, contact.hit.facing(ray.direction));
+            within = beyond;
+            if let Some([before, behind]) = world.interface([here, beyond]) {
+                let eta = world.ior(before) / world.ior(behind);
+                let refracted = snell(ray.direction, contact.hit.normal_against(ray.direction), eta);
+                within = if refracted.tir { here } else { beyond };
+                ray.direction = refracted.direction;
+                chain.bounces += 1;
+            }
+        }
+        let inside = !within.is_none();
         let left = Chain { status: Status::Left, origin: ray.origin, exit: ray.direction, ..chain };
         if until_out && !inside {
             return left;
         }
-        let from = Departure::Element(contact.hit.element);
-        let next = if inside {
-            world.next_glass(&ray, contact.body, from, Some(contact.body))
-        } else {
-            world.next_glass(&ray, contact.body, from, None)
-        };
-        let Some(next) = next else {
+        let Some(next) = world.next_glass(&ray, contact.body, Departure::Element(contact.hit.element)) else {
             return if inside { Chain { status: Status::NoExit, ..chain } } else { left };
         };
         if chain.bounces >= bounces {

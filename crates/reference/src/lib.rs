@@ -12,7 +12,7 @@
 //!
 //! A [`World`] is made of [`GlassBody`]s and opaque things, of any [`Shape`]: deformed triangle meshes with interpolated
 //! normals, or solids with a closed form. World space: metres, +Y up. Surfaces' normals point outward. Around the bodies is
-//! air; bodies that overlap are each taken as if the other were air.
+//! air; where bodies overlap, or one is within another, the one of the least volume displaces the others.
 
 mod camera;
 mod chain;
@@ -25,6 +25,7 @@ mod shape;
 mod surface_data;
 mod textures;
 mod two;
+mod within;
 mod world;
 
 pub use camera::Camera;
@@ -39,4 +40,5 @@ pub use photons::{
 pub use shape::{Convex, Ellipsoid, Plane, Shape};
 pub use surface_data::{GlassSurface, SurfaceData};
 pub use two::{Status, TwoInterfaces, trace_two, two_interfaces};
+pub use within::Within;
 pub use world::{Contact, GlassBody, Opaque, World, WorldError};

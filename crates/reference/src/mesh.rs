@@ -49,6 +49,7 @@ pub struct TriangleMesh {
     ordered: Vec<[DVec3; 3]>,
     centre: DVec3,
     radius: f64,
+    volume: f64,
 }
 
 struct TriangleBox(Aabb);
@@ -111,7 +112,10 @@ impl TriangleMesh {
         ReinsertionOptimizer::default().run(&mut bvh2, 0.05, None);
         let bvh = bvh2_to_cwbvh(&bvh2, 3, true, false);
         let ordered = bvh.primitive_indices.iter().map(|&index| corners[index as usize]).collect();
-        Self { corners, normals, bvh, ordered, centre, radius }
+        // About the centre, where least cancels.
+        let sixth = |[a, b, c]: &[DVec3; 3]| (*a - centre).dot((*b - centre).cross(*c - centre)) / 6.0;
+        let volume = corners.iter().map(sixth).sum::<f64>().abs();
+        Self { corners, normals, bvh, ordered, centre, radius, volume }
     }
 
     /// Triangles.
@@ -127,6 +131,11 @@ impl TriangleMesh {
     /// Corners of a triangle, world, metres.
     pub fn triangle(&self, index: usize) -> [DVec3; 3] {
         self.corners[index]
+    }
+
+    /// How much a closed mesh encloses, cubic metres.
+    pub fn volume(&self) -> f64 {
+        self.volume
     }
 
     /// Centre and radius of a ball around the mesh, metres.

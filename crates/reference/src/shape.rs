@@ -38,6 +38,15 @@ impl Shape {
         }
     }
 
+    /// How much is inside of it, cubic metres; infinite for what plane faces bound.
+    pub fn volume(&self) -> f64 {
+        match self {
+            Self::Mesh(mesh) => mesh.volume(),
+            Self::Ellipsoid(ellipsoid) => 4.0 / 3.0 * std::f64::consts::PI * ellipsoid.radii.element_product(),
+            Self::Convex(_) => f64::INFINITY,
+        }
+    }
+
     /// Whether the ray meets the surface, from either side, within `farthest` metres.
     pub fn blocks(&self, ray: &Ray, from: Departure, farthest: f64) -> bool {
         match self {

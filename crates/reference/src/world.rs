@@ -5,7 +5,7 @@ use murano_animation::{Geometry, GeometryError, Pose, deform_f64, shown_primitiv
 use murano_optics::absorption_coefficient;
 use murano_scene::{Material, NodeIndex, Scene};
 
-use crate::{Departure, Facing, GlassSurface, Hit, InvalidMesh, Ray, Shape, SurfaceData, TriangleMesh};
+use crate::{Departure, Facing, GlassSurface, Hit, InvalidMesh, Ray, Shape, SurfaceData, TriangleMesh, Within};
 
 /// A body of clear or coloured glass.
 pub struct GlassBody {
@@ -162,11 +162,10 @@ impl World {
         nearest.filter(|contact| !self.blocked(ray, contact.hit.t))
     }
 
-    /// The next face of glass, of either side, that a ray meets which leaves `element` of body `from`; of body `only`, if
-    /// one is given. Opaque things do not count.
-    pub fn next_glass(&self, ray: &Ray, from: usize, element: Departure, only: Option<usize>) -> Option<Contact> {
+    /// The next face of glass, of either side, that a ray meets which leaves `element` of body `from`. Opaque things do not count.
+    pub fn next_glass(&self, ray: &Ray, from: usize, element: Departure) -> Option<Contact> {
         let mut nearest: Option<Contact> = None;
-        for (body, glass) in self.bodies.iter().enumerate().filter(|(body, _)| only.is_none_or(|only| only == *body)) {
+        for (body, glass) in self.bodies.iter().enumerate() {
             let departure = if body == from { element } else { Departure::Free };
             let farthest = nearest.map_or(f64::INFINITY, |contact| contact.hit.t);
             if let Some(hit) = glass.nearest(ray, departure, None, farthest) {
@@ -174,6 +173,33 @@ impl World {
             }
         }
         nearest
+    }
+
+    /// The body whose glass light runs in: of those that it is within the one of the least volume, as a thing in water displaces it;
+    /// of equal ones the first. `None` is air.
+    pub fn medium(&self, within: &Within) -> Option<usize> {
+        let order = |a: &usize, b: &usize| {
+            self.bodies[*a].shape.volume().total_cmp(&self.bodies[*b].shape.volume()).then(a.cmp(b))
+        };
+        within.bodies().min_by(order)
+    }
+
+    /// What light runs in before and behind a face that it meets, and the bodies that it is within there; `None` where the face is no
+    /// interface, as another body displaces its own on both sides or is of the same glass.
+    pub fn interface(&self, [here, beyond]: [Within; 2]) -> Option<[Option<usize>; 2]> {
+        let media = [here, beyond].map(|within| self.medium(&within));
+        let glass = media.map(|medium| {
+            medium.map(|body| {
+                let GlassBody { ior, absorption, tint, .. } = self.bodies[body];
+                (ior, absorption, tint)
+            })
+        });
+        (glass[0] != glass[1]).then_some(media)
+    }
+
+    /// Index of refraction of what light runs in.
+    pub fn ior(&self, medium: Option<usize>) -> f64 {
+        medium.map_or(1.0, |body| self.bodies[body].ior)
     }
 
     /// Whether something opaque lies on the ray within `farthest` metres.

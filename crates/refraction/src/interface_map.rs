@@ -55,7 +55,23 @@ pub struct InterfaceMap {
     /// As of what is mapped.
     pub relief: Option<Relief>,
     /// As of what is mapped.
+    pub media: Option<Media>,
+    /// As of what is mapped.
     pub geometry: DeformedGeometry,
+}
+
+/// The glass of several bodies that are mapped as one: each is a shell of the geometry
+/// ([`Geometry::of_shells`](murano_animation::Geometry::of_shells)). Where they overlap, the first of them displaces the others.
+#[derive(Clone, Copy, Debug)]
+pub struct Media {
+    /// `refraction::media::Medium`: a row of all bodies, and one more for each wavelength.
+    pub(crate) rows: Output,
+    pub(crate) bodies: u32,
+}
+
+impl Media {
+    /// As many as there may be: light is within them by the bits of a word.
+    pub const MOST: usize = 32;
 }
 
 /// Maps of normals, for methods that know which triangle they end on ([`crate::Method::knows_triangles`]): their textures and where on
@@ -85,11 +101,13 @@ pub struct Mapped {
     pub shows_triangles: bool,
     /// What bends its normals.
     pub relief: Option<Relief>,
+    /// The bodies that it is made of, if there are several; it [shows triangles](Self::shows_triangles) then.
+    pub media: Option<Media>,
 }
 
 impl From<DeformedGeometry> for Mapped {
     fn from(geometry: DeformedGeometry) -> Self {
-        Self { geometry, tree: None, thickness: None, shows_triangles: false, relief: None }
+        Self { geometry, tree: None, thickness: None, shows_triangles: false, relief: None, media: None }
     }
 }
 
@@ -252,6 +270,7 @@ pub fn interface_map(
         front_triangles,
         tree: mapped.tree,
         relief: mapped.relief,
+        media: mapped.media,
         geometry: *geometry,
     })
 }

@@ -10,7 +10,7 @@ mod tiles;
 mod tree;
 mod viewpoint;
 
-pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, Relief, interface_map, rasterise};
+pub use interface_map::{Hierarchy, InterfaceMap, LayerLists, Layers, Mapped, Media, Relief, interface_map, rasterise};
 pub use refract::{
     Firsts, Glass, Layered, MapFeatures, PATH_ROWS, RefractRequest, Spectrum, Turn, first_interfaces, refract, traced,
     with_maps,

@@ -3,14 +3,14 @@
 use encase::ShaderType;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use murano_animation::Bounds;
-use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
+use murano_gpu::{ComputePass, Gpu, GpuError, Groups, Leaf, ShaderSpec, Work, value_bytes};
 use murano_optics::{Ior, absorption_coefficient, dispersed_ior, visible_spectrum};
 use murano_scene::Material;
 use murano_scheduler::{Output, Plan};
 
 use crate::{
-    FrameViewpoint, InterfaceMap, LISTED_TILES, MOST_INTERFACES, MOST_WAVELENGTHS, Method, NormalDistance, Refraction,
-    TirPolicy, over_listed_tiles, texels, tile_threads,
+    FrameViewpoint, InterfaceMap, LISTED_TILES, MOST_INTERFACES, MOST_WAVELENGTHS, Media, Method, NormalDistance,
+    Refraction, TirPolicy, over_listed_tiles, texels, tile_threads,
 };
 
 /// The optical constants of a body.
@@ -51,6 +51,16 @@ impl Glass {
         }
     }
 
+    /// The index of refraction at each of the wavelengths that a picture or a caustic is made of.
+    fn dispersed(&self, wavelengths: u32) -> Vec<f64> {
+        let bands = visible_spectrum(wavelengths as usize);
+        let n_d = Ior::new(self.ior).ok().filter(|_| self.dispersion > 0.0 && self.ior > 1.0);
+        bands
+            .into_iter()
+            .map(|band| n_d.map_or(self.ior, |n_d| dispersed_ior(n_d, self.dispersion, band.wavelength).get()))
+            .collect()
+    }
+
     /// Whether light passes as if there were nothing.
     pub fn is_invisible(&self) -> bool {
         self.ior == 1.0 && self.absorption == [0.0; 3] && self.tint == [1.0; 3]
@@ -64,6 +74,15 @@ struct Search {
     tir: u32,
     most_interfaces: u32,
     sample_width: f32,
+    bodies: u32,
+}
+
+/// A body of several that are mapped as one (`refraction::media::Medium`).
+#[derive(ShaderType)]
+struct Medium {
+    absorption: Vec3,
+    ior: f32,
+    tint: Vec3,
 }
 
 #[derive(ShaderType)]
@@ -139,13 +158,38 @@ pub struct MapFeatures {
     pub relief: bool,
     /// And the file's own tangents.
     pub framed: bool,
+    /// Whether it is of several bodies ([`Media`]).
+    pub media: bool,
 }
 
 impl InterfaceMap {
     /// What it holds.
     pub fn features(&self) -> MapFeatures {
         let relief = self.relief.is_some() && (self.layer_lists.is_some() || self.tree.is_some());
-        MapFeatures { thickness: self.thickness.is_some(), relief, framed: relief && self.geometry.tangents.is_some() }
+        MapFeatures {
+            thickness: self.thickness.is_some(),
+            relief,
+            framed: relief && self.geometry.tangents.is_some(),
+            media: self.media.is_some(),
+        }
+    }
+}
+
+impl Media {
+    /// Of these bodies, for passes of these settings.
+    pub fn new(plan: &mut Plan<Work>, bodies: &[Glass], refraction: &Refraction) -> Self {
+        let waves = refraction.wavelengths.min(MOST_WAVELENGTHS);
+        let dispersed: Vec<Vec<f64>> = bodies.iter().map(|glass| glass.dispersed(waves)).collect();
+        let medium = |glass: &Glass, ior: f64| Medium {
+            absorption: glass.absorption.into(),
+            ior: ior as f32,
+            tint: glass.tint.into(),
+        };
+        let row = |wave: usize| bodies.iter().zip(&dispersed).map(move |(glass, iors)| medium(glass, iors[wave]));
+        let plain = bodies.iter().map(|glass| medium(glass, glass.ior));
+        let rows: Vec<Medium> = plain.chain((0..waves as usize).flat_map(row)).collect();
+        let (stamp, leaf) = Leaf::of(&value_bytes(&rows));
+        Self { rows: plan.leaf("media", stamp, Work::Leaf(leaf)), bodies: bodies.len() as u32 }
     }
 }
 
@@ -159,6 +203,7 @@ pub fn traced(root: &'static str, refraction: &Refraction, thin: bool, map: MapF
         .feature("thickness", map.thickness)
         .feature("relief", map.relief)
         .feature("framed", map.framed)
+        .feature("media", map.media && refraction.reenters())
         .feature("follow", refraction.follows())
         .feature("all_interfaces", refraction.reenters())
         .feature("tree", refraction.method.traces())
@@ -190,6 +235,7 @@ pub fn with_maps(
         tir,
         most_interfaces,
         sample_width,
+        bodies: map.media.map_or(1, |media| media.bodies),
     };
     let mut pass = viewpoint.tell(pass, "map_viewpoint").value("search", &search).input("front", map.front);
     if let Some(back) = map.back {
@@ -203,6 +249,12 @@ pub fn with_maps(
             .input("mesh_positions", map.geometry.positions)
             .input("mesh_normals", map.geometry.normals)
             .input("mesh_triangles", map.geometry.triangles);
+    }
+    if let (Some(media), Some(front_triangles), true) = (map.media, map.front_triangles, refraction.reenters()) {
+        pass = pass.input("media", media.rows);
+        if map.layer_lists.is_none() {
+            pass = pass.input("front_triangles", front_triangles);
+        }
     }
     if let Some(relief) = map.relief.filter(|_| map.features().relief) {
         pass = pass
@@ -328,7 +380,7 @@ pub fn first_interfaces(
     let mut pass = request
         .viewpoint
         .tell(pass, "map_viewpoint")
-        .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0, sample_width: 1.0 })
+        .value("search", &Search { bounds: ball, steps: 0, tir: 0, most_interfaces: 0, sample_width: 1.0, bodies: 1 })
         .input("front", map.front);
     if let Some(back) = map.back {
         pass = pass.input("back", back);
@@ -434,8 +486,7 @@ pub fn refract(
         let chaos = gpu.shader(&ShaderSpec::new("refraction::chaos"))?;
         pass = pass
             .value("sample_width", &request.sample_width)
-            .scratch("exits", 16 * count)
-            .scratch("transmitted", 16 * count)
+            .scratch("looked", 32 * count)
             .dispatch(&chaos, "find_chaos", LISTED_TILES)
             .dispatch(&chaos, "settle", LISTED_TILES);
     }
@@ -457,7 +508,7 @@ mod tests {
             let refraction =
                 Refraction { method, tir: TirPolicy::Trace, interfaces: Interfaces::All, ..Refraction::default() };
             let relief = method.knows_triangles();
-            let map = MapFeatures { thickness: refraction.bakes(), relief, framed: relief };
+            let map = MapFeatures { thickness: refraction.bakes(), relief, framed: relief, media: relief };
             let spec = traced("refraction::refract", &refraction, false, map)
                 .feature("dispersive", method != Method::Screen)
                 .feature("screen", method == Method::Screen)
@@ -502,10 +553,18 @@ mod tests {
                     steps: 5,
                     tir: 6,
                     most_interfaces: 7,
-                    sample_width: 8.0
+                    sample_width: 8.0,
+                    bodies: 9,
                 }
             )
             .unwrap();
+            if refraction.reenters() && refraction.method.knows_triangles() {
+                let map = MapFeatures { media: true, ..map };
+                let shader = Shader::link(&traced("refraction::refract", &refraction, false, map)).unwrap();
+                let (absorption, tint) = (Vec3::new(1.0, 2.0, 3.0), Vec3::new(5.0, 6.0, 7.0));
+                check_uniform_layout!(shader, "Medium", Medium { absorption: absorption, ior: 4.0, tint: tint })
+                    .unwrap();
+            }
             check_uniform_layout!(
                 shader,
                 "Params",

@@ -265,7 +265,7 @@ impl Refraction {
     }
 
     /// Whether light is followed that enters the body again.
-    pub(crate) fn reenters(self) -> bool {
+    pub fn reenters(self) -> bool {
         self.interfaces == Interfaces::All && self.method.follows_all()
     }
 

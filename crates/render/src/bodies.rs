@@ -13,6 +13,7 @@ use murano_scene::{
 
 use crate::{
     Floor,
+    compound::Compounds,
     looks::{Constant, constant},
 };
 
@@ -33,9 +34,42 @@ pub(crate) struct Body {
     surface_buffers: OnceLock<[Constant; 3]>,
     /// Made when a method asks for it.
     tree: OnceLock<TriangleTree>,
+    volume: OnceLock<f64>,
 }
 
 impl Body {
+    /// Several surfaces as one body's.
+    pub(crate) fn of_shells(scene: &Scene, shells: &[&[Part]]) -> Result<Self, GeometryError> {
+        let geometry = Geometry::of_shells(scene, shells)?;
+        let row = |&instance: &u32| row_of(scene, geometry.instances[instance as usize].material) as u32;
+        let triangle_materials = geometry.triangle_instances.iter().map(row).collect();
+        Ok(Self {
+            leaves: GeometryLeaves::new(&geometry),
+            faceted: is_faceted(&geometry),
+            geometry,
+            parts: shells.concat(),
+            triangle_materials,
+            surface_buffers: OnceLock::new(),
+            tree: OnceLock::new(),
+            volume: OnceLock::new(),
+        })
+    }
+
+    /// How much it encloses in its rest pose, cubic metres.
+    pub(crate) fn volume(&self, scene: &Scene) -> f64 {
+        *self.volume.get_or_init(|| {
+            let pose = Pose::rest(scene);
+            let positions = deform_f64(&self.geometry, scene, &pose).positions;
+            let triangles = self.geometry.oriented_triangles(&pose);
+            let middle = self.geometry.posed_bounds(&pose).center();
+            let sixth = |triangle: &[u32; 3]| {
+                let [a, b, c] = triangle.map(|vertex| positions[vertex as usize] - middle);
+                a.dot(b.cross(c)) / 6.0
+            };
+            triangles.iter().map(sixth).sum::<f64>().abs()
+        })
+    }
+
     /// Texture coordinates, vertex colours and materials of its triangles.
     pub(crate) fn surface_buffers(&self) -> &[Constant; 3] {
         self.surface_buffers.get_or_init(|| {
@@ -139,6 +173,13 @@ pub(crate) struct Sorted {
     pub(crate) bodies: Vec<Body>,
     pub(crate) mirrors: Vec<MirrorBody>,
     pub(crate) opaque: Opaque,
+    /// Bodies that are one for a while.
+    pub(crate) compounds: Compounds,
+}
+
+/// Row in the table of materials; what has none has the one behind them.
+fn row_of(scene: &Scene, material: Option<usize>) -> usize {
+    material.unwrap_or(scene.materials.len())
 }
 
 /// Splits what a scene shows of these materials, which may not be its own, into glass bodies and the rest, and tells what of that is
@@ -177,27 +218,11 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
             Ok(MirrorBody { leaves: GeometryLeaves::new(&geometry), geometry, part: members[0], faceted })
         })
         .collect::<Result<Vec<_>, GeometryError>>()?;
-    let row_of = |material: Option<usize>| material.unwrap_or(scene.materials.len());
-    let bodies = groups
-        .into_iter()
-        .map(|parts| {
-            let geometry = Geometry::build(scene, &parts)?;
-            let row = |&instance: &u32| row_of(geometry.instances[instance as usize].material) as u32;
-            let triangle_materials = geometry.triangle_instances.iter().map(row).collect();
-            Ok(Body {
-                leaves: GeometryLeaves::new(&geometry),
-                faceted: is_faceted(&geometry),
-                geometry,
-                parts,
-                triangle_materials,
-                surface_buffers: OnceLock::new(),
-                tree: OnceLock::new(),
-            })
-        })
-        .collect::<Result<Vec<_>, GeometryError>>()?;
+    let bodies =
+        groups.iter().map(|parts| Body::of_shells(scene, &[parts])).collect::<Result<Vec<_>, GeometryError>>()?;
     let geometry = Geometry::build(scene, &opaque)?;
     let object = |&instance: &u32| {
-        let row = row_of(geometry.instances[instance as usize].material);
+        let row = row_of(scene, geometry.instances[instance as usize].material);
         // Objects beyond 16 bits share numbers: only the silhouette filter between two such would notice.
         (row as u32 & 0xffff) | (instance & 0x7fff) << 16
     };
@@ -209,7 +234,7 @@ pub(crate) fn sort(scene: &Scene, materials: &[Material]) -> Result<Sorted, Geom
     ];
     let may_hide = !is_plane(scene, &geometry);
     let opaque = Opaque { leaves: GeometryLeaves::new(&geometry), geometry, buffers, may_hide };
-    Ok(Sorted { bodies, mirrors, opaque })
+    Ok(Sorted { bodies, mirrors, opaque, compounds: Compounds::default() })
 }
 
 /// Whether most triangles have one normal: none of their own, or three that are alike.

@@ -6,8 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::Mirror;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise, texels,
-    thickness, tile_threads,
+    Glass, Interfaces, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise,
+    texels, thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
@@ -15,9 +15,10 @@ use murano_scheduler::{Output, Plan};
 use crate::{
     FrameRequest, Moment, ToneMap, View,
     bodies::{Body, Sorted},
+    compound::with_joined,
     distant::Distant,
     lighting::Deposited,
-    looks::Looks,
+    looks::{Looks, SurfaceSource},
     order::back_to_front,
 };
 
@@ -119,7 +120,13 @@ pub(crate) fn plan(
         stock.sorted.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.sorted.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let mirrors = frame.deform_mirrors(&mut plan, pose)?;
-    let scene = PosedScene { opaque, opaque_bounds, bodies, glass_bounds, mirrors };
+    let eye_joins = request.refraction.reenters();
+    let lamps_join = request.caustics.is_some_and(|caustics| caustics.interfaces == Interfaces::All)
+        && request.refraction.followed().reenters();
+    let joined = if eye_joins || lamps_join { frame.join(&mut plan, pose, &bodies)? } else { Vec::new() };
+    let seen = with_joined(&bodies, &joined, |parts| eye_joins && !frame.begins_in(parts));
+    let casters = with_joined(&bodies, &joined, |_| lamps_join);
+    let scene = PosedScene { opaque, opaque_bounds, bodies, seen, casters, glass_bounds, mirrors };
     let (layered, paths, light_layers) = frame.see(&mut plan, &scene)?;
     let shown = scene.bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
     let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
@@ -169,6 +176,9 @@ struct PosedScene {
     opaque: DeformedGeometry,
     opaque_bounds: Bounds,
     bodies: Vec<PosedBody>,
+    /// As the eye sees them, and as they throw caustics: some of them joined.
+    seen: Vec<PosedBody>,
+    casters: Vec<PosedBody>,
     glass_bounds: Bounds,
     mirrors: Vec<PosedMirror>,
 }
@@ -177,11 +187,18 @@ struct PosedScene {
 const RESTING: u32 = 1 << 31;
 
 /// A glass body in this frame.
+#[derive(Clone)]
 pub(crate) struct PosedBody {
     pub(crate) index: u32,
     pub(crate) glass: Glass,
     pub(crate) mapped: Mapped,
     pub(crate) bounds: Bounds,
+    /// What its surface is sampled from, where that is not the same everywhere.
+    pub(crate) surface: Option<SurfaceSource>,
+    /// Whether any part of it is rough.
+    pub(crate) rough: bool,
+    /// Whether it is made of facets.
+    pub(crate) faceted: bool,
 }
 
 impl PosedBody {
@@ -249,10 +266,10 @@ impl FramePlan<'_> {
         plan: &mut Plan<Work>,
         scene: &PosedScene,
     ) -> Result<(Layered, Vec<Output>, Vec<Output>), GpuError> {
-        let PosedScene { opaque, opaque_bounds, bodies, glass_bounds, mirrors } = scene;
+        let PosedScene { opaque, opaque_bounds, seen: bodies, casters, glass_bounds, mirrors, .. } = scene;
         let seen = self.opaque(plan, opaque)?;
         let (mut layered, light_layers) =
-            self.light(plan, (opaque, opaque_bounds), (bodies, glass_bounds), mirrors, &seen)?;
+            self.light(plan, (opaque, opaque_bounds), (casters, glass_bounds), mirrors, &seen)?;
         let mut paths = Vec::new();
         // Each body is in the picture that the next, nearer one looks at.
         let mut drawn = *opaque_bounds;
@@ -322,7 +339,15 @@ impl FramePlan<'_> {
             {
                 mapped.thickness = Some(self.bake_thickness(plan, index, body, scale)?);
             }
-            bodies.push(PosedBody { index, glass: look.glass, mapped, bounds: *bounds });
+            bodies.push(PosedBody {
+                index,
+                glass: look.glass,
+                mapped,
+                bounds: *bounds,
+                surface: look.surface.clone(),
+                rough: look.rough,
+                faceted: body.faceted,
+            });
         }
         Ok(bodies)
     }

@@ -61,8 +61,9 @@ impl FramePlan<'_> {
         let layers = refraction.layers();
         let eye = self.eye.in_frame(self.origin);
         let map = interface_map(self.stock.gpu, plan, ("eye_map", body.index), &body.mapped, &eye, layers)?;
-        let source = self.stock.looks.bodies[body.index as usize].surface.as_ref();
-        let surface = source
+        let surface = body
+            .surface
+            .as_ref()
             .map(|source| {
                 self.glass_surface(plan, ("glass_surface", body.index), (&eye, self.sample_width()), source, &map)
             })
@@ -96,7 +97,7 @@ impl FramePlan<'_> {
             drawn,
             inside_map: mapped.inside_map,
             surface: mapped.surface,
-            rough: self.stock.looks.bodies[body.index as usize].rough,
+            rough: body.rough,
             sample_width: self.sample_width(),
             sample: (self.request.samples > 1).then_some(self.sample),
             turn,

@@ -2,6 +2,7 @@
 
 mod aov;
 mod bodies;
+mod compound;
 mod distant;
 mod frame;
 mod glass;

@@ -133,13 +133,15 @@ impl FramePlan<'_> {
             // Light is followed as far as it goes, whatever the eye's settings: it is paid for once, and gone otherwise.
             let glass = bodies.iter().map(|body| {
                 let refraction = body.refraction(&self.request.refraction.followed());
-                (body.index, Caster::Glass(body.glass), &body.mapped, &body.bounds, refraction)
+                let surface = (body.surface.as_ref(), body.faceted);
+                (body.index, Caster::Glass(body.glass), &body.mapped, &body.bounds, refraction, surface)
             });
             let metal = mirrors.iter().map(|body| {
-                (body.index, Caster::Mirror(body.mirror), &body.mapped, &body.bounds, Mirror::refraction())
+                let surface = (None, sorted.mirrors[body.index as usize - sorted.bodies.len()].faceted);
+                (body.index, Caster::Mirror(body.mirror), &body.mapped, &body.bounds, Mirror::refraction(), surface)
             });
             let throwers = glass.chain(metal).zip(&lamps.side_of).collect::<Vec<_>>();
-            for ((index, caster, mapped, bounds, refraction), side) in throwers {
+            for ((index, caster, mapped, bounds, refraction, (surface, faceted)), side) in throwers {
                 let pair = pairs + index;
                 let side = &sides[*side];
                 if !side.lamp.receivers.sees(opaque_bounds) {
@@ -150,11 +152,6 @@ impl FramePlan<'_> {
                     plan.cull("receive", pair, "a mirror throws its shadow with everything opaque")?;
                     continue;
                 }
-                let surface = self.stock.looks.bodies.get(index as usize).and_then(|look| look.surface.as_ref());
-                let faceted = match sorted.bodies.get(index as usize) {
-                    Some(body) => body.faceted,
-                    None => sorted.mirrors[index as usize - sorted.bodies.len()].faceted,
-                };
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface, faceted };
                 if let Some(by_caster) = self.cast(plan, &thrower, side, seen.surfaces)? {
                     received.push(by_caster.seen);

@@ -73,6 +73,21 @@ pub(crate) struct Looks {
     pub(crate) textured: bool,
     /// The table of materials and its textures, by the names that shaders bind.
     pub(crate) materials: [Constant; 3],
+    /// The materials, and each one's row for maps of normals.
+    list: Vec<Material>,
+    relief_rows: Vec<[u32; 2]>,
+}
+
+impl Looks {
+    /// What several bodies as one look like: `glass` then has the means of their tints and roughnesses.
+    pub(crate) fn of_compound(&self, scene: &Scene, body: &Body) -> Look {
+        look(body, &materials_of(scene, body, &self.list), &self.materials, &self.relief_rows)
+    }
+}
+
+fn materials_of<'a>(scene: &Scene, body: &Body, materials: &'a [Material]) -> Vec<&'a Material> {
+    let of = |&(node, primitive): &Part| Some(&materials[material_of(scene, node, primitive)?]);
+    body.parts.iter().filter_map(of).collect()
 }
 
 /// What looks are made from besides bodies and materials: textures are decoded and hashed once.
@@ -149,11 +164,13 @@ fn looks(
         bodies: sorted
             .bodies
             .iter()
-            .map(|body| look(body, &body.parts.iter().filter_map(of).collect::<Vec<_>>(), &shared, &relief_rows))
+            .map(|body| look(body, &materials_of(scene, body, materials), &shared, &relief_rows))
             .collect(),
         mirrors: sorted.mirrors.iter().filter_map(|mirror| of(&mirror.part).and_then(Mirror::of)).collect(),
         textured: !table.slots.is_empty(),
         materials: shared,
+        list: materials.to_vec(),
+        relief_rows,
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     sky::Sky,
     surface::{Surface, kept, surface},
 };
-use crate::{Departure, Facing, Hit, Opaque, Ray, sampler::Sampler};
+use crate::{Departure, Facing, Hit, Opaque, Ray, Within, sampler::Sampler};
 
 /// What a branch leaves from.
 #[derive(Clone, Copy)]
@@ -43,8 +43,8 @@ struct Branch {
     left: Left,
     /// Share of what is found here in what the eye sees.
     weight: DVec3,
-    /// The body it runs in.
-    medium: Option<usize>,
+    /// The bodies it runs in.
+    within: Within,
     interfaces: u32,
     scatterings: u32,
     /// Density with which its direction was drawn, where the sky could have been sampled instead.
@@ -79,7 +79,7 @@ impl Tracer<'_> {
             ray,
             left: Left::Eye,
             weight: DVec3::ONE,
-            medium: None,
+            within: Within::default(),
             interfaces: 0,
             scatterings: 0,
             drawn: None,
@@ -120,9 +120,6 @@ impl Tracer<'_> {
     fn glass_ahead(&self, branch: &Branch) -> Option<(usize, Hit)> {
         let mut nearest: Option<(usize, Hit)> = None;
         for (index, body) in self.scene.world.bodies.iter().enumerate() {
-            if branch.medium.is_some_and(|medium| medium != index) {
-                continue;
-            }
             let farthest = nearest.map_or(f64::INFINITY, |(_, hit)| hit.t);
             let hit = body.nearest(&branch.ray, branch.left.departure_of_body(index), None, farthest);
             nearest = hit.filter(|hit| hit.t < farthest).map(|hit| (index, hit)).or(nearest);
@@ -131,8 +128,9 @@ impl Tracer<'_> {
     }
 
     fn absorbed(&self, branch: Branch, length: f64) -> Branch {
-        let kept =
-            branch.medium.map_or(DVec3::ONE, |body| beer_lambert(self.scene.world.bodies[body].absorption, length));
+        let world = self.scene.world;
+        let medium = world.medium(&branch.within);
+        let kept = medium.map_or(DVec3::ONE, |body| beer_lambert(world.bodies[body].absorption, length));
         Branch { weight: branch.weight * kept, ..branch }
     }
 
@@ -163,11 +161,17 @@ impl Tracer<'_> {
         let shading = hit.normal_against(direction);
         let roughness = glass.roughness_at(hit);
         let normal = facet(shading, direction, roughness, sampler);
-        let (eta, tint, inside) = match facing {
-            Facing::Front => (glass.ior.recip(), glass.tint_at(hit), Some(body)),
-            Facing::Back => (glass.ior, DVec3::ONE, None),
+        let tint = if facing == Facing::Front { glass.tint_at(hit) } else { DVec3::ONE };
+        let world = self.scene.world;
+        let [here, beyond] = branch.within.across(body, facing);
+        let media = if glass.thin { Some([None; 2]) } else { world.interface([here, beyond]) };
+        let Some([before, behind]) = media else {
+            let ray = Ray { origin: hit.position, direction };
+            let left = Left::Glass { body, element: hit.element };
+            branches.0.push(Branch { ray, left, within: beyond, drawn: None, ..branch });
+            return;
         };
-        let outside = if facing == Facing::Front { branch.medium } else { Some(body) };
+        let eta = world.ior(before) / world.ior(behind);
         let refracted = snell(direction, normal, eta);
         let reflectance = if refracted.tir { 1.0 } else { fresnel_unpolarised(-direction.dot(normal), eta) };
         let mirror = murano_optics::reflected(direction, normal);
@@ -178,7 +182,7 @@ impl Tracer<'_> {
             let onward = mirror - 2.0 * mirror.dot(shading) * shading;
             let onward = if roughness > 0.0 { onward } else { direction };
             return self.split(
-                [(mirror, branch.medium), (onward, branch.medium)],
+                [(mirror, branch.within), (onward, branch.within)],
                 2.0 * once / (1.0 + once),
                 glass.tint_at(hit),
                 (body, branch, hit, shading),
@@ -187,7 +191,7 @@ impl Tracer<'_> {
             );
         }
         self.split(
-            [(mirror, outside), (refracted.direction, inside)],
+            [(mirror, here), (refracted.direction, beyond)],
             reflectance,
             tint,
             (body, branch, hit, shading),
@@ -196,10 +200,10 @@ impl Tracer<'_> {
         );
     }
 
-    /// Sends a branch on from an interface, mirrored and transmitted, each a direction and the body it runs in.
+    /// Sends a branch on from an interface, mirrored and transmitted, each a direction and the bodies it runs in.
     fn split(
         &self,
-        [mirrored, transmitted]: [(DVec3, Option<usize>); 2],
+        [mirrored, transmitted]: [(DVec3, Within); 2],
         reflectance: f64,
         tint: DVec3,
         (body, branch, hit, shading): (usize, Branch, &Hit, DVec3),
@@ -207,7 +211,7 @@ impl Tracer<'_> {
         branches: &mut Branches,
     ) {
         let alpha = self.scene.world.bodies[body].roughness_at(hit).powi(2);
-        let from_there = |(direction, medium): (DVec3, Option<usize>), weight: DVec3, side: f64| {
+        let from_there = |(direction, within): (DVec3, Within), weight: DVec3, side: f64| {
             let cosine = side * direction.dot(shading);
             // What leaves a rough surface on the wrong side would meet another facet; single scattering loses it.
             let kept = if alpha == 0.0 { 1.0 } else { unshadowed(alpha, cosine.max(0.0)) };
@@ -215,7 +219,7 @@ impl Tracer<'_> {
                 ray: Ray { origin: hit.position, direction },
                 left: Left::Glass { body, element: hit.element },
                 weight: weight * kept,
-                medium,
+                within,
                 interfaces: branch.interfaces + 1,
                 scatterings: branch.scatterings,
                 drawn: None,
@@ -264,7 +268,7 @@ impl Tracer<'_> {
         found.radiance += weight * surface.emitted;
         let view = -branch.ray.direction;
         let reflection = Reflection::new(surface.normal, view, surface.albedo, surface.roughness, surface.metallic);
-        if branch.medium.is_none() {
+        if branch.within.is_none() {
             let lit = self.lamps(opaque, &surface, &reflection, hit, found)
                 + self.sampled_sky(opaque, &surface, &reflection, hit, sampler, found);
             found.radiance += weight * lit;
@@ -285,10 +289,10 @@ impl Tracer<'_> {
                 ray: Ray { origin: surface.position, direction: towards },
                 left: Left::Opaque { triangle: hit.element },
                 weight: weight * value / density,
-                medium: branch.medium,
+                within: branch.within,
                 interfaces: branch.interfaces,
                 scatterings: branch.scatterings + 1,
-                drawn: branch.medium.is_none().then_some(density),
+                drawn: branch.within.is_none().then_some(density),
             });
         }
     }

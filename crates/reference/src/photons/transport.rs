@@ -5,14 +5,14 @@ use murano_optics::{beer_lambert, fresnel_unpolarised, reflected, snell};
 
 use super::class::History;
 use super::{Landing, PhotonAccount, PhotonTracing, Receiver};
-use crate::{Contact, Departure, Facing, Ray, World};
+use crate::{Contact, Departure, Facing, Ray, Within, World};
 
 /// A part of a photon, on its way from an interface.
 struct Branch {
     ray: Ray,
     /// Body and element it comes from.
     from: (usize, u32),
-    inside: bool,
+    within: Within,
     flux: DVec3,
     history: History,
     interfaces: u32,
@@ -49,7 +49,7 @@ impl<'a> Transport<'a> {
         };
         self.account.hit += flux;
         let least = flux.max_element() * self.tracing.least_weight;
-        self.interface(&ray, flux, History::default(), 0, first, least);
+        self.interface(&ray, (flux, Within::default()), History::default(), 0, first, least);
         while let Some(branch) = self.branches.pop() {
             self.follow(branch, least);
         }
@@ -57,14 +57,13 @@ impl<'a> Transport<'a> {
 
     fn follow(&mut self, branch: Branch, least: f64) {
         self.account.rays += 1;
-        let Branch { ray, from: (body, element), inside, mut flux, history, interfaces } = branch;
-        let only = inside.then_some(body);
-        let contact = self.world.next_glass(&ray, body, Departure::Element(element), only);
+        let Branch { ray, from: (body, element), within, mut flux, history, interfaces } = branch;
+        let contact = self.world.next_glass(&ray, body, Departure::Element(element));
         let Some(contact) = contact else {
             return self.leave(&ray, flux, history, f64::INFINITY);
         };
-        if inside {
-            let left = flux * beer_lambert(self.world.bodies[body].absorption, contact.hit.t);
+        if let Some(medium) = self.world.medium(&within) {
+            let left = flux * beer_lambert(self.world.bodies[medium].absorption, contact.hit.t);
             self.account.absorbed += flux - left;
             flux = left;
         } else if self.stops_before(&ray, contact.hit.t) {
@@ -74,20 +73,35 @@ impl<'a> Transport<'a> {
             self.account.dropped += flux;
             return;
         }
-        self.interface(&ray, flux, history, interfaces, contact, least);
+        self.interface(&ray, (flux, within), history, interfaces, contact, least);
     }
 
     /// Splits light that meets glass into what is refracted and what is reflected (Fresnel, unpolarised).
-    fn interface(&mut self, ray: &Ray, flux: DVec3, history: History, met: u32, contact: Contact, least: f64) {
+    fn interface(
+        &mut self,
+        ray: &Ray,
+        (flux, within): (DVec3, Within),
+        history: History,
+        met: u32,
+        contact: Contact,
+        least: f64,
+    ) {
         let Contact { body, hit } = contact;
         let glass = &self.world.bodies[body];
         if glass.thin {
-            return self.sheet(ray, flux, history, met, contact, least);
+            return self.sheet(ray, (flux, within), history, met, contact, least);
         }
         let outside = hit.facing(ray.direction) == Facing::Front;
+        let [here, beyond] = within.across(body, hit.facing(ray.direction));
+        let Some([before, behind]) = self.world.interface([here, beyond]) else {
+            let onward = Ray { origin: hit.position, direction: ray.direction };
+            let from = (body, hit.element);
+            return self.branches.push(Branch { ray: onward, from, within: beyond, flux, history, interfaces: met });
+        };
         // Where the interpolated normal faces away, light grazes the smooth surface that the mesh stands for: all of it is
         // reflected, and hardly turned. (The triangle's own normal would let it into the body and catch it there.)
-        let (eta, normal) = if outside { (glass.ior.recip(), hit.normal) } else { (glass.ior, -hit.normal) };
+        let eta = self.world.ior(before) / self.world.ior(behind);
+        let normal = if outside { hit.normal } else { -hit.normal };
         let reflectance = fresnel_unpolarised(-ray.direction.dot(normal), eta);
 
         let mirrored = flux * reflectance;
@@ -100,23 +114,31 @@ impl<'a> Transport<'a> {
                 self.account.first_reflected += mirrored;
             }
         }
-        let onward = |direction: DVec3, inside: bool, flux: DVec3, history: History| Branch {
+        let onward = |direction: DVec3, within: Within, flux: DVec3, history: History| Branch {
             ray: Ray { origin: hit.position, direction },
             from: (body, hit.element),
-            inside,
+            within,
             flux,
             history,
             interfaces: met + 1,
         };
-        let after = if outside { history.reflected_outside() } else { history.reflected_inside() };
-        self.keep(onward(reflected(ray.direction, normal), !outside, mirrored, after), least);
+        let after = if here.is_none() { history.reflected_outside() } else { history.reflected_inside() };
+        self.keep(onward(reflected(ray.direction, normal), here, mirrored, after), least);
         // Totally reflected light leaves nothing to pass.
         let through = snell(ray.direction, normal, eta);
-        self.keep(onward(through.direction, outside, passed, history.refracted()), least);
+        self.keep(onward(through.direction, beyond, passed, history.refracted()), least);
     }
 
     /// A sheet of glass: straight on through it, which counts as the two refractions that it is, the first time.
-    fn sheet(&mut self, ray: &Ray, flux: DVec3, history: History, met: u32, contact: Contact, least: f64) {
+    fn sheet(
+        &mut self,
+        ray: &Ray,
+        (flux, within): (DVec3, Within),
+        history: History,
+        met: u32,
+        contact: Contact,
+        least: f64,
+    ) {
         let Contact { body, hit } = contact;
         let glass = &self.world.bodies[body];
         let normal = hit.normal_against(ray.direction);
@@ -130,7 +152,7 @@ impl<'a> Transport<'a> {
         let onward = |direction: DVec3, flux: DVec3, history: History| Branch {
             ray: Ray { origin: hit.position, direction },
             from: (body, hit.element),
-            inside: false,
+            within,
             flux,
             history,
             interfaces: met + 1,
