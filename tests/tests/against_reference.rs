@@ -253,6 +253,32 @@ fn light_reaches_what_opaque_things_hide_from_the_lamp() {
     }
 }
 
+/// Of two balls, one of which stands in the other's light, wholly or with a part of it: each ray's light is counted once.
+#[test]
+fn casters_in_each_others_light_share_it() {
+    // Followed through both; and where little of it meets both, each ray's light through one of them.
+    for (aside, most) in [(0.35, [0.01, 0.07]), (0.95, [0.008, 0.1])] {
+        let lamp = spot(DVec3::new(0.0, 7.0, 0.0), 100.0);
+        let places = [DVec3::new(0.0, 1.0, 0.0), DVec3::new(aside, -0.4, 0.1)];
+        let (world, floor) = balls(&places.map(|place| (place, 0.5)));
+        let window = window(&floor, 3.0);
+        let traced = murano_reference::World::of_scene(&world.scene, &Pose::rest(&world.scene)).expect("a world");
+        let tracing = PhotonTracing { photons: 800_000, ..PhotonTracing::default() };
+        let total = caustic_map(&traced, &lamp, window, &tracing, &|_, _| {}).expect("a caustic").total();
+        let green = total.iter().map(|irradiance| irradiance.y).collect();
+        let truth = IrradianceMap::new(window.size, window.texel_area(), green).expect("a map");
+        let request = FrameRequest {
+            lights: vec![lamp],
+            caustics: Some(Caustics { photons: 192, ..Caustics::default() }),
+            ..still(view_down(&window, 8.0), window.size, Refraction::default())
+        };
+        let [_, drawn, _] = rendered(&mut renderer(gpu(), world), &request, &window, 8.0);
+        let (energy, l1) = (energy_ratio(&truth, &drawn).unwrap(), relative_l1(&truth, &drawn).unwrap());
+        eprintln!("one ball in another's light, {aside} aside: energy {energy:.4}, relative L1 {l1:.3}");
+        assert!((energy - 1.0).abs() < most[0] && l1 < most[1], "{aside} aside: energy {energy}, relative L1 {l1}");
+    }
+}
+
 /// Three balls of different sizes and two lamps of different strength: to drop any of the six caustics, or to count one
 /// twice, costs a tenth of the light and more. The balls stand so that none is in another's light.
 #[test]

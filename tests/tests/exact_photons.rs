@@ -191,6 +191,7 @@ impl Scene {
             bounds,
             caster: &Caster::Glass(Glass::of(&Material::glass(self.ior))),
             surface: None,
+            shielded: None,
             bends: false,
             faceted: false,
         };

@@ -92,8 +92,8 @@ fn the_eye_looks_through_bodies_within_bodies() {
                 "{name}, {method}: {angles}, outline {shown:.4}, lost {lost:.4}; without the others {differs:.2} over 1 degree"
             );
             assert!(differs > 0.2, "the other bodies would not be missed: {differs}");
-            assert!(angles.p50 < 0.0001 && angles.p95 < 0.001 && angles.mean < 0.13, "{name}, {method}: {angles}");
-            assert!(shown < 0.001 && lost < 0.014, "{name}, {method}: outline {shown}, lost {lost}");
+            assert!(angles.p50 < 0.0001 && angles.p95 < 0.001 && angles.mean < 0.04, "{name}, {method}: {angles}");
+            assert!(shown < 0.001 && lost < 0.0136, "{name}, {method}: outline {shown}, lost {lost}");
         }
     }
 }
@@ -114,7 +114,7 @@ fn light_falls_through_bodies_within_bodies() {
     let lamp = spot(DVec3::new(0.8, 7.0, 0.5));
     let centre = DVec3::new(0.0, floor.height, 0.0);
     let window = Window { centre, half_u: 2.0 * DVec3::X, half_v: 2.0 * DVec3::NEG_Z, size: [TEXELS; 2] };
-    for (name, balls, most) in [("within", WITHIN, 0.05), ("overlapping", OVERLAPPING, 0.05)] {
+    for (name, balls, most) in [("within", WITHIN, 0.033), ("overlapping", OVERLAPPING, 0.025)] {
         let world = World { floor: Some(floor), ..world(&balls) };
         let traced = murano_reference::World::of_scene(&world.scene, &Pose::rest(&world.scene)).expect("a world");
         let tracing = PhotonTracing { photons: 1_600_000, ..PhotonTracing::default() };

@@ -88,7 +88,7 @@ impl Bounds {
     }
 
     /// Its eight corners.
-    pub(crate) fn corners(&self) -> [DVec3; 8] {
+    pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|corner| {
             let high = |axis: usize| if corner >> axis & 1 == 1 { self.max[axis] } else { self.min[axis] };
             DVec3::new(high(0), high(1), high(2))

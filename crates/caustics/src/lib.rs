@@ -8,9 +8,11 @@ mod lamp;
 mod photons;
 mod receive;
 mod settings;
+mod shield;
 
 pub use caster::{Caster, Mirror};
 pub use lamp::{Emission, Lamp, Lamps, cone_cosines};
 pub use photons::{Cast, CausticMap, Photons, Receivers, Surfaces, deposit, emit, level_texels, light_map_size};
 pub use receive::{gather, receive};
 pub use settings::{Caustics, Method};
+pub use shield::{SeenCaster, shield};

@@ -112,6 +112,8 @@ pub struct Cast<'a> {
     /// Two `vec4f` a texel of the map, of its first interface: linear RGB factor of what it transmits, in place of the glass's, and
     /// roughness; outward normal in view space, zero where no map bends it.
     pub surface: Option<Output>,
+    /// What other casters leave of the lamp's light on it ([`shield`](crate::shield)), where any may stand in that.
+    pub shielded: Option<Output>,
     /// Whether any map bends its normals.
     pub bends: bool,
     /// Whether its surface is made of facets, whose light has steps.
@@ -297,6 +299,7 @@ pub fn emit(
     let media = cast.map.media.is_some();
     let bent = cast.surface.filter(|_| cast.bends || media);
     let spec = spec.feature("mirror", mirror).feature("surface_map", bent.is_some());
+    let spec = spec.feature("shielded", cast.shielded.is_some());
     let shader = gpu.shader(&spec)?;
     let params = EmitParams {
         render_from_view: cast.viewpoint.viewpoint.view_from_render(cast.viewpoint.origin).inverse().as_mat4(),
@@ -316,6 +319,9 @@ pub fn emit(
     }
     if media {
         pass = pass.cleared_output("colours", 16 * count);
+    }
+    if let Some(shielded) = cast.shielded {
+        pass = pass.input("shielded", shielded);
     }
     if let Some(bent) = bent {
         pass = pass.input("glass_surface", bent);
@@ -527,8 +533,8 @@ mod tests {
             interfaces: Interfaces::All,
             ..Refraction::default()
         };
-        let map = MapFeatures { relief: true, framed: true, ..MapFeatures::default() };
-        let spec = ["differentials", "dispersive", "by_chance", "surface_map"]
+        let map = MapFeatures { relief: true, framed: true, media: true, ..MapFeatures::default() };
+        let spec = ["differentials", "dispersive", "by_chance", "surface_map", "shielded"]
             .into_iter()
             .fold(traced("caustics::emit", &refraction, false, map), |spec, feature| spec.feature(feature, true));
         if let Err(error) = Shader::link(&spec) {

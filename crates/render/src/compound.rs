@@ -2,15 +2,17 @@
 
 use std::sync::{Arc, Mutex};
 
-use murano_animation::{Bounds, GeometryError, Pose};
+use glam::{DVec2, DVec3};
+use murano_animation::{Bounds, GeometryError};
 use murano_gpu::{GpuError, Work};
-use murano_refraction::{Glass, Mapped, Media};
-use murano_scene::Scene;
+use murano_refraction::{Glass, Interfaces, Mapped, Media, Viewpoint};
+use murano_scene::{LightKind, PlacedLight, Scene, look_along};
 use murano_scheduler::Plan;
 
 use crate::{
     bodies::{Body, Part, Sorted},
     frame::{FramePlan, PosedBody},
+    overlap::shared_part,
 };
 
 /// Compounds that are kept for the next time.
@@ -19,10 +21,10 @@ const MOST_KEPT: usize = 8;
 const COMPOUND: u32 = 1 << 30;
 
 /// Several bodies as one.
-pub(crate) struct Compound {
+struct Compound {
     /// Their indices, in the order in which they displace each other.
     members: Vec<usize>,
-    pub(crate) body: Body,
+    body: Body,
     /// Tells its passes from those of others.
     number: u32,
 }
@@ -57,105 +59,146 @@ impl Compounds {
     }
 }
 
-/// Bodies of a frame that are one compound.
-pub(crate) struct Joined {
-    /// Places in the list of the frame's bodies.
-    places: Vec<usize>,
-    whole: PosedBody,
-}
-
-/// The bodies with some of them joined.
-pub(crate) fn with_joined(
-    bodies: &[PosedBody],
-    joined: &[Joined],
-    wanted: impl Fn(&[Bounds]) -> bool,
-) -> Vec<PosedBody> {
-    let wanted = |joined: &&Joined| {
-        let bounds: Vec<Bounds> = joined.places.iter().map(|&place| bodies[place].bounds).collect();
-        wanted(&bounds)
-    };
-    let joined: Vec<&Joined> = joined.iter().filter(wanted).collect();
-    let alone = (0..bodies.len()).filter(|place| joined.iter().all(|joined| !joined.places.contains(place)));
-    let mut all: Vec<PosedBody> = alone.map(|place| bodies[place].clone()).collect();
-    all.extend(joined.iter().map(|joined| joined.whole.clone()));
-    all.sort_by_key(|body| body.index);
-    all
-}
-
-/// Whether light may go from one into the other before anything else is drawn: their boxes meet. Sheets are no bodies that light is
-/// within; where roughness differs, each has to be drawn by itself, as a compound is as rough as what is seen first of it.
-fn touch(a: &PosedBody, b: &PosedBody) -> bool {
+/// Whether their boxes meet.
+fn meet(a: &PosedBody, b: &PosedBody) -> bool {
     let apart = a.bounds.max.cmplt(b.bounds.min).any() || b.bounds.max.cmplt(a.bounds.min).any();
-    !apart && !a.glass.thin && !b.glass.thin && a.rough == b.rough && a.glass.roughness == b.glass.roughness
+    !apart
+}
+
+/// Share of the smaller of two boxes, as a lamp sees them, from which on its light is followed through both bodies.
+const SHARED: f64 = 0.25;
+
+/// Whether much of a lamp's light that meets one box would go on to the other, or all of one box is in the dark of the other: where less
+/// does, each ray's light is counted once ([`murano_caustics::shield`]), and goes through one of the two alone.
+fn share_light(lamp: &PlacedLight, a: &Bounds, b: &Bounds) -> bool {
+    let position = lamp.world_from_light.w_axis.truncate();
+    let perspective = lamp.light.kind != LightKind::Directional;
+    let axis = if perspective { a.center() - position } else { lamp.world_from_light.transform_vector3(DVec3::NEG_Z) };
+    let start =
+        if perspective { position } else { a.center() - 4.0 * a.union(*b).diameter() * axis.normalize_or_zero() };
+    let view = Viewpoint {
+        world_from_view: look_along(start, axis),
+        perspective,
+        half_extent: DVec2::ONE,
+        center: DVec2::ZERO,
+        size: [1; 2],
+        near: 1e-9 * a.diameter(),
+    };
+    shared_part(&view, a, b) >= SHARED
 }
 
 /// Places of the bodies that are to be one, for each compound.
-fn touching(bodies: &[PosedBody]) -> Vec<Vec<usize>> {
+fn grouped(bodies: &[PosedBody], are_one: impl Fn(&PosedBody, &PosedBody) -> bool) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for place in 0..bodies.len() {
-        let meets = |group: &Vec<usize>| group.iter().any(|&other| touch(&bodies[place], &bodies[other]));
-        let (met, mut others): (Vec<_>, Vec<_>) = groups.into_iter().partition(meets);
+        let joins = |group: &Vec<usize>| group.iter().any(|&other| are_one(&bodies[place], &bodies[other]));
+        let (met, mut others): (Vec<_>, Vec<_>) = groups.into_iter().partition(joins);
         let mut group: Vec<usize> = met.into_iter().flatten().collect();
         group.push(place);
         group.sort_unstable();
         others.push(group);
         groups = others;
     }
-    groups.retain(|group| (2..=Media::MOST).contains(&group.len()));
     groups
 }
 
 impl FramePlan<'_> {
-    /// Those of the bodies that are to be drawn or to throw caustics as one.
-    pub(crate) fn join(
-        &self,
+    /// The bodies as the eye sees them: those whose boxes meet as one, where light is followed on. Sheets are no bodies that light is
+    /// within; where roughness differs, or the eye may be in the glass, each is drawn by itself.
+    pub(crate) fn seen_together(
+        &mut self,
         plan: &mut Plan<Work>,
-        pose: &Pose,
         bodies: &[PosedBody],
-    ) -> Result<Vec<Joined>, GpuError> {
-        let mut all = Vec::new();
-        for places in touching(bodies) {
-            let Sorted { bodies: sorted, compounds, .. } = self.stock.sorted;
-            let members: Vec<usize> = places.iter().map(|&place| bodies[place].index as usize).collect();
-            // What is too large for one geometry is drawn body by body.
-            let Ok(compound) = compounds.get(self.stock.scene, sorted, &members) else { continue };
-            let Compound { body, number, members } = &*compound;
-            let gpu = self.stock.gpu;
-            let instance = COMPOUND | number;
-            let deformed = body.leaves.deform(gpu, plan, instance, &body.geometry, pose, self.origin)?;
-            let look = self.stock.looks.of_compound(self.stock.scene, body);
-            let media: Vec<Glass> = members.iter().map(|&member| self.stock.looks.bodies[member].glass).collect();
-            let mut mapped = Mapped::from(deformed);
-            mapped.shows_triangles = true;
-            mapped.relief = look.surface.as_ref().and_then(|surface| surface.relief(plan));
-            if self.request.refraction.method.traces() {
-                let tree = body.tree(self.stock.scene);
-                mapped.tree = Some(tree.refit(gpu, plan, ("refit", instance), &deformed)?);
-            }
-            let spread = |glass: &&Glass| if glass.ior > 1.0 { glass.dispersion } else { 0.0 };
-            let most = media.iter().max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(&look.glass);
-            let glass = Glass { ior: most.ior, dispersion: most.dispersion, ..look.glass };
-            mapped.media = Some(Media::new(plan, &media, &self.request.refraction));
-            let whole = PosedBody {
-                index: members.iter().min().map_or(0, |&first| first as u32),
-                glass,
-                mapped,
-                bounds: places.iter().fold(Bounds::EMPTY, |all, &place| all.union(bodies[place].bounds)),
-                surface: look.surface,
-                rough: look.rough,
-                faceted: body.faceted,
-            };
-            all.push(Joined { places, whole });
+    ) -> Result<Vec<PosedBody>, GpuError> {
+        if !self.request.refraction.reenters() {
+            return Ok(bodies.to_vec());
         }
+        let alone: Vec<bool> = bodies.iter().map(|body| body.glass.thin || self.begins_in(&body.bounds)).collect();
+        let alone =
+            |body: &PosedBody| bodies.iter().zip(&alone).any(|(other, alone)| *alone && other.index == body.index);
+        let alike = |a: &PosedBody, b: &PosedBody| a.rough == b.rough && a.glass.roughness == b.glass.roughness;
+        let are_one = |a: &PosedBody, b: &PosedBody| meet(a, b) && alike(a, b) && !alone(a) && !alone(b);
+        self.joined(plan, bodies, are_one)
+    }
+
+    /// The bodies as a lamp's light goes through them: those whose boxes meet as one, and such as stand in each other's light.
+    pub(crate) fn lit_together(
+        &mut self,
+        plan: &mut Plan<Work>,
+        bodies: &[PosedBody],
+        lamp: &PlacedLight,
+    ) -> Result<Vec<PosedBody>, GpuError> {
+        let all = self.request.caustics.is_some_and(|caustics| caustics.interfaces == Interfaces::All);
+        if !all || !self.request.refraction.followed().reenters() {
+            return Ok(bodies.to_vec());
+        }
+        let are_one = |a: &PosedBody, b: &PosedBody| {
+            !a.glass.thin && !b.glass.thin && (meet(a, b) || share_light(lamp, &a.bounds, &b.bounds))
+        };
+        self.joined(plan, bodies, are_one)
+    }
+
+    fn joined(
+        &mut self,
+        plan: &mut Plan<Work>,
+        bodies: &[PosedBody],
+        are_one: impl Fn(&PosedBody, &PosedBody) -> bool,
+    ) -> Result<Vec<PosedBody>, GpuError> {
+        let mut all = Vec::new();
+        for group in grouped(bodies, are_one) {
+            let members: Vec<&PosedBody> = group.iter().map(|&place| &bodies[place]).collect();
+            let several = (2..=Media::MOST).contains(&members.len());
+            match if several { self.whole(plan, &members)? } else { None } {
+                Some(whole) => all.push(whole),
+                None => all.extend(members.into_iter().cloned()),
+            }
+        }
+        all.sort_by_key(|body| body.index);
         Ok(all)
     }
 
-    /// Whether the eye's rays, or some of them, may begin within one of these bodies.
-    pub(crate) fn begins_in(&self, bodies: &[Bounds]) -> bool {
+    /// Bodies as one; `None` where they are too large for one geometry.
+    fn whole(&mut self, plan: &mut Plan<Work>, parts: &[&PosedBody]) -> Result<Option<PosedBody>, GpuError> {
+        let indices: Vec<usize> = parts.iter().map(|part| part.index as usize).collect();
+        if let Some((_, known)) = self.wholes.iter().find(|(known, _)| *known == indices) {
+            return Ok(Some(known.clone()));
+        }
+        let Sorted { bodies, compounds, .. } = self.stock.sorted;
+        let Ok(compound) = compounds.get(self.stock.scene, bodies, &indices) else { return Ok(None) };
+        let Compound { body, number, members } = &*compound;
+        let gpu = self.stock.gpu;
+        let instance = COMPOUND | number;
+        let deformed = body.leaves.deform(gpu, plan, instance, &body.geometry, self.pose, self.origin)?;
+        let look = self.stock.looks.of_compound(self.stock.scene, body);
+        let media: Vec<Glass> = members.iter().map(|&member| self.stock.looks.bodies[member].glass).collect();
+        let mut mapped = Mapped::from(deformed);
+        mapped.shows_triangles = true;
+        mapped.relief = look.surface.as_ref().and_then(|surface| surface.relief(plan));
+        if self.request.refraction.method.traces() {
+            let tree = body.tree(self.stock.scene);
+            mapped.tree = Some(tree.refit(gpu, plan, ("refit", instance), &deformed)?);
+        }
+        let spread = |glass: &&Glass| if glass.ior > 1.0 { glass.dispersion } else { 0.0 };
+        let most = media.iter().max_by(|a, b| spread(a).total_cmp(&spread(b))).unwrap_or(&look.glass);
+        let glass = Glass { ior: most.ior, dispersion: most.dispersion, ..look.glass };
+        mapped.media = Some(Media::new(plan, &media, &self.request.refraction));
+        let whole = PosedBody {
+            index: parts.iter().map(|part| part.index).min().unwrap_or(0),
+            glass,
+            mapped,
+            bounds: parts.iter().fold(Bounds::EMPTY, |all, part| all.union(part.bounds)),
+            surface: look.surface,
+            rough: look.rough,
+            faceted: body.faceted,
+        };
+        self.wholes.push((indices, whole.clone()));
+        Ok(Some(whole))
+    }
+
+    /// Whether the eye's rays, or some of them, may begin within a body.
+    fn begins_in(&self, bounds: &Bounds) -> bool {
         let place = self.eye.world_from_view.w_axis.truncate();
         let reach = self.eye.near * (1.0 + self.eye.half_extent.length());
-        bodies.iter().any(|bounds| {
-            if self.eye.perspective { bounds.widened(reach).contains(place) } else { self.eye.begins_within(bounds) }
-        })
+        if self.eye.perspective { bounds.widened(reach).contains(place) } else { self.eye.begins_within(bounds) }
     }
 }

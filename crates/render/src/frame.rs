@@ -6,8 +6,8 @@ use murano_animation::{Bounds, DeformedGeometry, Pose};
 use murano_caustics::Mirror;
 use murano_gpu::{ComputePass, Gpu, GpuError, Groups, ShaderSpec, Work};
 use murano_refraction::{
-    Glass, Interfaces, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise,
-    texels, thickness, tile_threads,
+    Glass, LISTED_TILES, Layered, Layers, Mapped, Refraction, Viewpoint, over_listed_tiles, rasterise, texels,
+    thickness, tile_threads,
 };
 use murano_scene::{Projection, Scene};
 use murano_scheduler::{Output, Plan};
@@ -15,7 +15,6 @@ use murano_scheduler::{Output, Plan};
 use crate::{
     FrameRequest, Moment, ToneMap, View,
     bodies::{Body, Sorted},
-    compound::with_joined,
     distant::Distant,
     lighting::Deposited,
     looks::{Looks, SurfaceSource},
@@ -115,18 +114,15 @@ pub(crate) fn plan(
         sample: 0,
         aov: request.aov,
         accounts: Vec::new(),
+        pose,
+        wholes: Vec::new(),
     };
     let opaque =
         stock.sorted.opaque.leaves.deform(stock.gpu, &mut plan, 0, &stock.sorted.opaque.geometry, pose, origin)?;
     let bodies = frame.deform_bodies(&mut plan, pose, &posed)?;
     let mirrors = frame.deform_mirrors(&mut plan, pose)?;
-    let eye_joins = request.refraction.reenters();
-    let lamps_join = request.caustics.is_some_and(|caustics| caustics.interfaces == Interfaces::All)
-        && request.refraction.followed().reenters();
-    let joined = if eye_joins || lamps_join { frame.join(&mut plan, pose, &bodies)? } else { Vec::new() };
-    let seen = with_joined(&bodies, &joined, |parts| eye_joins && !frame.begins_in(parts));
-    let casters = with_joined(&bodies, &joined, |_| lamps_join);
-    let scene = PosedScene { opaque, opaque_bounds, bodies, seen, casters, glass_bounds, mirrors };
+    let seen = frame.seen_together(&mut plan, &bodies)?;
+    let scene = PosedScene { opaque, opaque_bounds, bodies, seen, glass_bounds, mirrors };
     let (layered, paths, light_layers) = frame.see(&mut plan, &scene)?;
     let shown = scene.bodies.iter().filter(|body| frame.eye.sees(&body.bounds));
     let shown = shown.map(|body| (body.index + 1, body.mapped.geometry));
@@ -176,9 +172,8 @@ struct PosedScene {
     opaque: DeformedGeometry,
     opaque_bounds: Bounds,
     bodies: Vec<PosedBody>,
-    /// As the eye sees them, and as they throw caustics: some of them joined.
+    /// As the eye sees them.
     seen: Vec<PosedBody>,
-    casters: Vec<PosedBody>,
     glass_bounds: Bounds,
     mirrors: Vec<PosedMirror>,
 }
@@ -257,6 +252,9 @@ pub(crate) struct FramePlan<'a> {
     /// Whether the layers beside the picture are wanted of this sample.
     pub(crate) aov: bool,
     pub(crate) accounts: Vec<Deposited>,
+    pub(crate) pose: &'a Pose,
+    /// Bodies that are one, by their indices.
+    pub(crate) wholes: Vec<(Vec<usize>, PosedBody)>,
 }
 
 impl FramePlan<'_> {
@@ -266,14 +264,14 @@ impl FramePlan<'_> {
         plan: &mut Plan<Work>,
         scene: &PosedScene,
     ) -> Result<(Layered, Vec<Output>, Vec<Output>), GpuError> {
-        let PosedScene { opaque, opaque_bounds, seen: bodies, casters, glass_bounds, mirrors, .. } = scene;
+        let PosedScene { opaque, opaque_bounds, bodies, seen: seen_bodies, glass_bounds, mirrors } = scene;
         let seen = self.opaque(plan, opaque)?;
         let (mut layered, light_layers) =
-            self.light(plan, (opaque, opaque_bounds), (casters, glass_bounds), mirrors, &seen)?;
+            self.light(plan, (opaque, opaque_bounds), (bodies, glass_bounds), mirrors, &seen)?;
         let mut paths = Vec::new();
         // Each body is in the picture that the next, nearer one looks at.
         let mut drawn = *opaque_bounds;
-        let (visible, unseen): (Vec<_>, Vec<_>) = bodies.iter().partition(|body| self.eye.sees(&body.bounds));
+        let (visible, unseen): (Vec<_>, Vec<_>) = seen_bodies.iter().partition(|body| self.eye.sees(&body.bounds));
         for body in unseen {
             plan.cull("eye_map", body.index, "the body is out of the picture")?;
             plan.cull("refract", body.index, "the body is out of the picture")?;

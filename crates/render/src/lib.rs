@@ -11,6 +11,7 @@ mod looks;
 mod materials;
 mod motion;
 mod order;
+mod overlap;
 mod renderer;
 mod request;
 mod stage;

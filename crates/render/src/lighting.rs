@@ -4,11 +4,13 @@ use encase::ShaderType;
 use glam::{DMat4, Mat4, Vec3};
 use murano_animation::{Bounds, DeformedGeometry};
 use murano_caustics::{
-    Cast, Caster, CausticMap, Caustics, Lamp, Lamps, Mirror, Receivers, Surfaces, cone_cosines, deposit, emit, gather,
-    light_map_size, receive,
+    Cast, Caster, CausticMap, Caustics, Lamp, Lamps, Mirror, Receivers, SeenCaster, Surfaces, cone_cosines, deposit,
+    emit, gather, light_map_size, receive, shield,
 };
 use murano_gpu::{ComputePass, GpuError, Groups, ShaderSpec, Work};
-use murano_refraction::{Layered, Layers, Mapped, Refraction, ViewpointUniform, interface_map, texels};
+use murano_refraction::{
+    FrameViewpoint, InterfaceMap, Layered, Layers, Mapped, Refraction, ViewpointUniform, interface_map, texels,
+};
 use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
@@ -82,6 +84,21 @@ struct Thrower<'a> {
     faceted: bool,
 }
 
+/// A caster as a lamp sees it.
+struct Lit<'a> {
+    thrower: Thrower<'a>,
+    side: &'a Side<'a>,
+    viewpoint: FrameViewpoint,
+    map: InterfaceMap,
+}
+
+impl Lit<'_> {
+    fn seen(&self) -> SeenCaster<'_> {
+        let thin = matches!(self.thrower.caster, Caster::Glass(glass) if glass.thin);
+        SeenCaster { viewpoint: &self.viewpoint, map: &self.map, thin }
+    }
+}
+
 impl FramePlan<'_> {
     /// Adds every lamp's light, with shadows and caustics.
     pub(crate) fn light(
@@ -95,8 +112,6 @@ impl FramePlan<'_> {
         let mut layered = seen.layered;
         let mut layers = Vec::new();
         let everything = glass_bounds.union(*opaque_bounds);
-        let casters: Vec<Bounds> =
-            bodies.iter().map(|body| body.bounds).chain(mirrors.iter().map(|mirror| mirror.bounds)).collect();
         for (number, placed) in (0..).zip(&self.request.lights) {
             if opaque.triangle_count == 0 {
                 plan.cull("illuminate", number, "there is nothing opaque to light")?;
@@ -107,6 +122,9 @@ impl FramePlan<'_> {
                 plan.cull("illuminate", number, "the light is out")?;
                 continue;
             }
+            let bodies = self.lit_together(plan, bodies, placed)?;
+            let casters: Vec<Bounds> =
+                bodies.iter().map(|body| body.bounds).chain(mirrors.iter().map(|mirror| mirror.bounds)).collect();
             let map_size = self.request.caustics.map_or(SHADOW_MAP_SIZE, |caustics| caustics.map_size);
             let lamps = Lamps::new(placed, &casters, &everything, map_size);
             let hides = self.stock.sorted.opaque.may_hide
@@ -126,6 +144,7 @@ impl FramePlan<'_> {
                 }
                 sides.push(Side { lamp, receivers: Receivers { seen, hidden } });
             }
+            let mut lit = Vec::new();
             let mut received = Vec::new();
             let mut received_hidden = Vec::new();
             let sorted = self.stock.sorted;
@@ -153,10 +172,22 @@ impl FramePlan<'_> {
                     continue;
                 }
                 let thrower = Thrower { pair, caster, mapped: *mapped, bounds, refraction, surface, faceted };
-                if let Some(by_caster) = self.cast(plan, &thrower, side, seen.surfaces)? {
-                    received.push(by_caster.seen);
-                    received_hidden.extend(by_caster.hidden);
+                lit.extend(self.lit(plan, thrower, side)?);
+            }
+            let pairs_in_all = self.request.lights.len() * (sorted.bodies.len() + sorted.mirrors.len());
+            for (place, one) in lit.iter().enumerate() {
+                let mut shielded = None;
+                let in_its_light = |other: &&Lit<'_>| self.may_stand_in_light(other, one);
+                for (number, other) in lit.iter().enumerate().filter(|(other, _)| *other != place) {
+                    if in_its_light(&other) {
+                        let instance = one.thrower.pair + (number * pairs_in_all) as u32;
+                        let before = shielded;
+                        shielded = Some(shield(self.stock.gpu, plan, instance, one.seen(), other.seen(), before)?);
+                    }
                 }
+                let by_caster = self.cast(plan, one, shielded, seen.surfaces)?;
+                received.push(by_caster.seen);
+                received_hidden.extend(by_caster.hidden);
             }
             let with_caustics = self.request.caustics.is_some();
             let mut gathered =
@@ -171,16 +202,26 @@ impl FramePlan<'_> {
         Ok((layered, layers))
     }
 
-    /// One caster under one lamp: its shadow and its caustic at what the eye sees.
-    fn cast(
-        &mut self,
+    /// Whether some of a lamp's light meets another caster before it would meet this one, or the other way round, so that it is one's alone.
+    fn may_stand_in_light(&self, other: &Lit<'_>, this: &Lit<'_>) -> bool {
+        let is_glass = |lit: &Lit<'_>| matches!(lit.thrower.caster, Caster::Glass(_));
+        // What is opaque shades with everything else that is, and sheets pass light on to what stands behind them.
+        self.request.caustics.is_some()
+            && is_glass(other)
+            && (this.seen().thin || !other.seen().thin)
+            && std::ptr::eq(other.side, this.side)
+            && this.viewpoint.viewpoint.crosses(other.thrower.bounds)
+    }
+
+    /// The lamp's view of a caster; `None` where it does not see it.
+    fn lit<'a>(
+        &self,
         plan: &mut Plan<Work>,
-        thrower: &Thrower<'_>,
-        side: &Side<'_>,
-        surfaces: Output,
-    ) -> Result<Option<Received>, GpuError> {
-        let Side { lamp, receivers } = side;
-        let Thrower { pair, refraction, bounds, mapped, caster, .. } = thrower;
+        thrower: Thrower<'a>,
+        side: &'a Side<'a>,
+    ) -> Result<Option<Lit<'a>>, GpuError> {
+        let Side { lamp, .. } = side;
+        let Thrower { pair, refraction, bounds, mapped, .. } = &thrower;
         let caustics: Option<&Caustics> = self.request.caustics.as_ref();
         let size = caustics.map_or(CASTER_MAP_SIZE, |caustics| light_map_size(caustics.photons));
         let viewpoint = match lamp.caster_viewpoint(bounds, size) {
@@ -195,21 +236,38 @@ impl FramePlan<'_> {
         // What comes straight through needs no search.
         let layers = caustics.map_or(Layers::NearestBack, |_| refraction.layers());
         let map = interface_map(gpu, plan, ("light_map", *pair), mapped, &viewpoint, layers)?;
+        Ok(Some(Lit { thrower, side, viewpoint, map }))
+    }
+
+    /// One caster under one lamp: its shadow and its caustic at what the eye sees.
+    fn cast(
+        &mut self,
+        plan: &mut Plan<Work>,
+        lit: &Lit<'_>,
+        shielded: Option<Output>,
+        surfaces: Output,
+    ) -> Result<Received, GpuError> {
+        let Lit { thrower, side: Side { lamp, receivers }, viewpoint, map } = lit;
+        let Thrower { pair, refraction, bounds, caster, .. } = thrower;
+        let caustics: Option<&Caustics> = self.request.caustics.as_ref();
+        let gpu = self.stock.gpu;
+        let size = viewpoint.viewpoint.size[0];
         // Of a photon's cell little: its differential tells the rest.
         let sampled = caustics.map_or(1.0, |caustics| 0.25 * size as f32 / caustics.photons as f32);
         let surface = thrower
             .surface
-            .map(|source| self.glass_surface(plan, ("lit_surface", *pair), (&viewpoint, sampled), source, &map))
+            .map(|source| self.glass_surface(plan, ("lit_surface", *pair), (viewpoint, sampled), source, map))
             .transpose()?
             .flatten();
         let cast = Cast {
             instance: *pair,
             lamp,
-            viewpoint: &viewpoint,
-            map: &map,
+            viewpoint,
+            map,
             bounds,
             caster,
             surface,
+            shielded,
             faceted: thrower.faceted,
             bends: thrower.surface.is_some_and(|source| source.relief.is_some()),
         };
@@ -229,7 +287,7 @@ impl FramePlan<'_> {
         let seen = on(caustic_maps.as_ref().map(|maps| &maps.seen), Surfaces::Seen)?;
         let hidden = caustic_maps.and_then(|maps| maps.hidden);
         let hidden = hidden.map(|map| on(Some(&map), Surfaces::Hidden)).transpose()?;
-        Ok(Some(Received { seen, hidden }))
+        Ok(Received { seen, hidden })
     }
 
     #[allow(clippy::too_many_arguments)]
