@@ -28,7 +28,8 @@ pub struct GeometryLeaves {
 /// What the deform pass gives: render space is the world moved so that the frame's origin lies at zero.
 #[derive(Clone, Copy, Debug)]
 pub struct DeformedGeometry {
-    /// `vec4f` a vertex: position in metres; w = 1, or -1 where the pose mirrors the mesh and its triangles turn.
+    /// `vec4f` a vertex: position in metres; w = 1 plus the number of the vertex's
+    /// [shell](crate::Instance::shell), negative where the pose mirrors the mesh and its triangles turn.
     pub positions: Output,
     /// `vec4f` a vertex: unit normal, outwards (zero where the mesh collapses); w = 0.
     pub normals: Output,

@@ -23,8 +23,8 @@ impl SeenCaster<'_> {
 }
 
 /// Adds the pass `shield:instance`: what another caster leaves of a lamp's light on this one, besides those `before` it (what this gave
-/// for them). `u32` a texel of the caster's map: 1 where the other one is met first, and passes the light on; 2 where the caster is
-/// a sheet and the other one stands behind it, so that light which goes straight through is the other one's; else 0.
+/// for them). `u32` a texel of the caster's map: 1 where the other one is met first, and passes the light on; 2, of a sheet that gives way, where
+/// the other one stands behind it, so that light which goes straight through is the other one's; else 0.
 ///
 /// # Errors
 /// [`GpuError`] if the shader or the plan is defective.
@@ -34,11 +34,12 @@ pub fn shield(
     instance: u32,
     caster: SeenCaster<'_>,
     other: SeenCaster<'_>,
-    before: Option<Output>,
+    (gives_way, before): (bool, Option<Output>),
 ) -> Result<Output, GpuError> {
     let spec = ShaderSpec::new("caustics::shield")
         .feature("thin", caster.back().is_some())
         .feature("other_thin", other.back().is_some())
+        .feature("gives_way", gives_way && caster.thin)
         .feature("has_before", before.is_some());
     let shader = gpu.shader(&spec)?;
     let size = caster.viewpoint.viewpoint.size;

@@ -178,9 +178,9 @@ impl World {
     /// The body whose glass light runs in: of those that it is within the one of the least volume, as a thing in water displaces it;
     /// of equal ones the first. `None` is air.
     pub fn medium(&self, within: &Within) -> Option<usize> {
-        let order = |a: &usize, b: &usize| {
-            self.bodies[*a].shape.volume().total_cmp(&self.bodies[*b].shape.volume()).then(a.cmp(b))
-        };
+        // Of what rounding alone tells apart, the first.
+        let volume = |body: usize| self.bodies[body].shape.volume() as f32;
+        let order = |a: &usize, b: &usize| volume(*a).total_cmp(&volume(*b)).then(a.cmp(b));
         within.bodies().min_by(order)
     }
 

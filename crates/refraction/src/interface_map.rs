@@ -234,7 +234,7 @@ pub fn interface_map(
     let list = tile_threads(size);
     let mut pass =
         match layers {
-            Layers::All(hierarchy) => list_layers(gpu, pass, geometry, size, hierarchy, shows_triangles)?,
+            Layers::All(hierarchy) => list_layers(gpu, pass, mapped, size, hierarchy)?,
             Layers::Nearest => rasterise(gpu, pass, geometry, size, layers)?
                 .dispatch(&resolve, "list_one", list)
                 .dispatch(&resolve, "one_layer", LISTED_TILES),
@@ -275,23 +275,25 @@ pub fn interface_map(
     })
 }
 
-/// Layers that there is room for, by texel on average.
+/// Layers that there is room for, by texel on average; for each of several bodies that are mapped as one, up to so many.
 const ROOM: u64 = 4;
+const MOST_WITH_ROOM: u32 = 4;
 /// The largest buffer that every adapter binds, bytes.
 const LARGEST_BUFFER: u64 = 1 << 27;
 
 fn list_layers(
     gpu: &Gpu,
     pass: ComputePass,
-    geometry: &DeformedGeometry,
+    mapped: &Mapped,
     size: [u32; 2],
     hierarchy: Hierarchy,
-    shows_triangles: bool,
 ) -> Result<ComputePass, GpuError> {
-    let spec = ShaderSpec::new("refraction::layer_lists").feature("front_triangles", shows_triangles);
+    let geometry = &mapped.geometry;
+    let spec = ShaderSpec::new("refraction::layer_lists").feature("front_triangles", mapped.shows_triangles);
     let shader = gpu.shader(&spec)?;
     let count = texels(size);
-    let fragments = (ROOM * count).min(LARGEST_BUFFER / 16);
+    let room = ROOM * mapped.media.map_or(1, |media| u64::from(media.bodies.min(MOST_WITH_ROOM)));
+    let fragments = (room * count).min(LARGEST_BUFFER / 16);
     let pass = pass
         .value(
             "list_params",

@@ -154,21 +154,6 @@ impl Viewpoint {
         !outside.contains(&true)
     }
 
-    /// Whether a box lies before or behind what the picture shows, at whatever depth (never false for one that does).
-    pub fn crosses(&self, bounds: &Bounds) -> bool {
-        let view_from_world = self.world_from_view.inverse();
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for corner in corners(bounds) {
-            let p = view_from_world.transform_point3(corner);
-            if self.perspective && p.z >= 0.0 {
-                return true;
-            }
-            let plane = if self.perspective { p.truncate() / -p.z } else { p.truncate() };
-            (low, high) = (low.min(plane), high.max(plane));
-        }
-        low.cmple(self.center + self.half_extent).all() && high.cmpge(self.center - self.half_extent).all()
-    }
-
     /// Whether a ray of this viewpoint may begin (on the near plane) in the ball around a box; never false if one does.
     pub fn begins_within(&self, bounds: &Bounds) -> bool {
         let ball = self.sphere(bounds);

@@ -15,10 +15,10 @@ use crate::{
     overlap::shared_part,
 };
 
-/// Compounds that are kept for the next time.
-const MOST_KEPT: usize = 8;
-/// Added to the instance of passes over a compound.
-const COMPOUND: u32 = 1 << 30;
+/// Compounds that are kept for the next time: more than bodies at hand make at once, so that a still scene makes none anew.
+const MOST_KEPT: usize = 64;
+/// Added to the instance of passes over a compound; apart from what is added over a moment before or a body at rest.
+const COMPOUND: u32 = 1 << 29;
 
 /// Several bodies as one.
 struct Compound {
@@ -40,12 +40,15 @@ impl Compounds {
     fn get(&self, scene: &Scene, bodies: &[Body], members: &[usize]) -> Result<Arc<Compound>, GeometryError> {
         let mut members = members.to_vec();
         // A thing in water displaces it.
-        let volume = |body: &usize| bodies[*body].volume(scene);
+        // Of what rounding alone tells apart, the first.
+        let volume = |body: &usize| bodies[*body].volume(scene) as f32;
         members.sort_by(|a, b| volume(a).total_cmp(&volume(b)).then(a.cmp(b)));
         let mut kept = self.kept.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let (list, made) = &mut *kept;
-        if let Some(known) = list.iter().find(|compound| compound.members == members) {
-            return Ok(known.clone());
+        if let Some(place) = list.iter().position(|compound| compound.members == members) {
+            let known = list.remove(place);
+            list.push(known.clone());
+            return Ok(known);
         }
         let shells: Vec<&[Part]> = members.iter().map(|&member| &bodies[member].parts[..]).collect();
         let body = Body::of_shells(scene, &shells)?;
@@ -65,26 +68,35 @@ fn meet(a: &PosedBody, b: &PosedBody) -> bool {
     !apart
 }
 
-/// Share of the smaller of two boxes, as a lamp sees them, from which on its light is followed through both bodies.
+/// Share of the smaller of two bodies, as a lamp sees them, from which on its light is followed through both bodies.
 const SHARED: f64 = 0.25;
 
-/// Whether much of a lamp's light that meets one box would go on to the other, or all of one box is in the dark of the other: where less
-/// does, each ray's light is counted once ([`murano_caustics::shield`]), and goes through one of the two alone.
-fn share_light(lamp: &PlacedLight, a: &Bounds, b: &Bounds) -> bool {
+/// How much of a lamp's light that meets one of the bodies in two boxes would meet both, as a part of the smaller one's. From [`SHARED`] on it is followed through
+/// both bodies; of less, each ray's light is counted once ([`murano_caustics::shield`]), and goes through one of the two alone.
+pub(crate) fn shared_light(lamp: &PlacedLight, a: &Bounds, b: &Bounds) -> f64 {
+    shared_part(&view_of(lamp, a, a.union(*b).diameter()), a, b)
+}
+
+/// A lamp's view towards the middle of a box, a parallel one's from well before things of this diameter.
+fn view_of(lamp: &PlacedLight, bounds: &Bounds, diameter: f64) -> Viewpoint {
     let position = lamp.world_from_light.w_axis.truncate();
     let perspective = lamp.light.kind != LightKind::Directional;
-    let axis = if perspective { a.center() - position } else { lamp.world_from_light.transform_vector3(DVec3::NEG_Z) };
-    let start =
-        if perspective { position } else { a.center() - 4.0 * a.union(*b).diameter() * axis.normalize_or_zero() };
-    let view = Viewpoint {
-        world_from_view: look_along(start, axis),
+    let to =
+        if perspective { bounds.center() - position } else { lamp.world_from_light.transform_vector3(DVec3::NEG_Z) };
+    let axis = to.normalize_or(DVec3::NEG_Z);
+    Viewpoint {
+        world_from_view: look_along(if perspective { position } else { bounds.center() - 4.0 * diameter * axis }, axis),
         perspective,
         half_extent: DVec2::ONE,
         center: DVec2::ZERO,
         size: [1; 2],
-        near: 1e-9 * a.diameter(),
-    };
-    shared_part(&view, a, b) >= SHARED
+        near: 1e-9 * diameter,
+    }
+}
+
+/// Whether one picture holds all of a box as a lamp sees it.
+fn lamp_faces(lamp: &PlacedLight, bounds: &Bounds) -> bool {
+    view_of(lamp, bounds, bounds.diameter()).fitted(bounds, 1.02).is_some()
 }
 
 /// Places of the bodies that are to be one, for each compound.
@@ -118,10 +130,11 @@ impl FramePlan<'_> {
             |body: &PosedBody| bodies.iter().zip(&alone).any(|(other, alone)| *alone && other.index == body.index);
         let alike = |a: &PosedBody, b: &PosedBody| a.rough == b.rough && a.glass.roughness == b.glass.roughness;
         let are_one = |a: &PosedBody, b: &PosedBody| meet(a, b) && alike(a, b) && !alone(a) && !alone(b);
-        self.joined(plan, bodies, are_one)
+        self.joined(plan, bodies, are_one, |_| true)
     }
 
-    /// The bodies as a lamp's light goes through them: those whose boxes meet as one, and such as stand in each other's light.
+    /// The bodies as a lamp's light goes through them: those whose boxes meet as one, and such as stand in each other's light where nothing
+    /// opaque could stand between them; not such as stand around the lamp.
     pub(crate) fn lit_together(
         &mut self,
         plan: &mut Plan<Work>,
@@ -132,10 +145,13 @@ impl FramePlan<'_> {
         if !all || !self.request.refraction.followed().reenters() {
             return Ok(bodies.to_vec());
         }
+        let clear = !self.stock.sorted.opaque.may_hide;
         let are_one = |a: &PosedBody, b: &PosedBody| {
-            !a.glass.thin && !b.glass.thin && (meet(a, b) || share_light(lamp, &a.bounds, &b.bounds))
+            !a.glass.thin
+                && !b.glass.thin
+                && (meet(a, b) || (clear && shared_light(lamp, &a.bounds, &b.bounds) >= SHARED))
         };
-        self.joined(plan, bodies, are_one)
+        self.joined(plan, bodies, are_one, |bounds| lamp_faces(lamp, bounds))
     }
 
     fn joined(
@@ -143,11 +159,13 @@ impl FramePlan<'_> {
         plan: &mut Plan<Work>,
         bodies: &[PosedBody],
         are_one: impl Fn(&PosedBody, &PosedBody) -> bool,
+        may_be_one: impl Fn(&Bounds) -> bool,
     ) -> Result<Vec<PosedBody>, GpuError> {
         let mut all = Vec::new();
         for group in grouped(bodies, are_one) {
             let members: Vec<&PosedBody> = group.iter().map(|&place| &bodies[place]).collect();
-            let several = (2..=Media::MOST).contains(&members.len());
+            let bounds = members.iter().fold(Bounds::EMPTY, |all, member| all.union(member.bounds));
+            let several = (2..=Media::MOST).contains(&members.len()) && may_be_one(&bounds);
             match if several { self.whole(plan, &members)? } else { None } {
                 Some(whole) => all.push(whole),
                 None => all.extend(members.into_iter().cloned()),
@@ -189,7 +207,7 @@ impl FramePlan<'_> {
             bounds: parts.iter().fold(Bounds::EMPTY, |all, part| all.union(part.bounds)),
             surface: look.surface,
             rough: look.rough,
-            faceted: body.faceted,
+            faceted: parts.iter().any(|part| part.faceted),
         };
         self.wholes.push((indices, whole.clone()));
         Ok(Some(whole))

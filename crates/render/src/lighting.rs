@@ -15,6 +15,7 @@ use murano_scene::{LightKind, PlacedLight};
 use murano_scheduler::{Output, Plan};
 
 use crate::{
+    compound::shared_light,
     frame::{FramePlan, OpaquePicture, PosedBody, PosedMirror},
     looks::SurfaceSource,
 };
@@ -83,6 +84,10 @@ struct Thrower<'a> {
     /// Whether that is made of facets.
     faceted: bool,
 }
+
+/// Part of the smaller of two casters, as a lamp sees them, up to which they may be in each other's light and nobody minds: else each would wait
+/// for the other's map, and throw its caustic anew where the other moves.
+const LEAST_SHARED: f64 = 0.02;
 
 /// A caster as a lamp sees it.
 struct Lit<'a> {
@@ -182,7 +187,16 @@ impl FramePlan<'_> {
                     if in_its_light(&other) {
                         let instance = one.thrower.pair + (number * pairs_in_all) as u32;
                         let before = shielded;
-                        shielded = Some(shield(self.stock.gpu, plan, instance, one.seen(), other.seen(), before)?);
+                        // Where something opaque may stand behind a sheet, its light may end there.
+                        let gives_way = !self.stock.sorted.opaque.may_hide;
+                        shielded = Some(shield(
+                            self.stock.gpu,
+                            plan,
+                            instance,
+                            one.seen(),
+                            other.seen(),
+                            (gives_way, before),
+                        )?);
                     }
                 }
                 let by_caster = self.cast(plan, one, shielded, seen.surfaces)?;
@@ -208,9 +222,8 @@ impl FramePlan<'_> {
         // What is opaque shades with everything else that is, and sheets pass light on to what stands behind them.
         self.request.caustics.is_some()
             && is_glass(other)
-            && (this.seen().thin || !other.seen().thin)
-            && std::ptr::eq(other.side, this.side)
-            && this.viewpoint.viewpoint.crosses(other.thrower.bounds)
+            && (!other.seen().thin || (this.seen().thin && !self.stock.sorted.opaque.may_hide))
+            && shared_light(this.side.lamp.placed(), this.thrower.bounds, other.thrower.bounds) > LEAST_SHARED
     }
 
     /// The lamp's view of a caster; `None` where it does not see it.
