@@ -150,7 +150,7 @@ pub struct ShotOptions {
     #[arg(long, value_parser = values::one_of::<TirPolicy, _>(TirPolicy::ALL.map(TirPolicy::name)), help_heading = "Glass")]
     tir: Option<TirPolicy>,
     /// How many interfaces a refracted ray meets: two, or all ahead of it (--most-interfaces). All follow total reflection whatever
-    /// --tir says; light that enters the body again is followed by layers and exact alone
+    /// --tir says; light that enters the body again, or another one that it touches or lies within, is followed by layers and exact alone
     #[arg(
         long, value_parser = values::one_of::<Interfaces, _>(Interfaces::ALL.map(Interfaces::name)),
         help_heading = "Glass"

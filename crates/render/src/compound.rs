@@ -71,8 +71,9 @@ fn meet(a: &PosedBody, b: &PosedBody) -> bool {
 /// Share of the smaller of two bodies, as a lamp sees them, from which on its light is followed through both bodies.
 const SHARED: f64 = 0.25;
 
-/// How much of a lamp's light that meets one of the bodies in two boxes would meet both, as a part of the smaller one's. From [`SHARED`] on it is followed through
-/// both bodies; of less, each ray's light is counted once ([`murano_caustics::shield`]), and goes through one of the two alone.
+/// How much of a lamp's light that meets one of the bodies in two boxes would meet both, as a part of the smaller one's. From [`SHARED`]
+/// on it is followed through both bodies; of less, each ray's light is counted once ([`murano_caustics::shield`]), and goes through one
+/// of the two alone.
 pub(crate) fn shared_light(lamp: &PlacedLight, a: &Bounds, b: &Bounds) -> f64 {
     shared_part(&view_of(lamp, a, a.union(*b).diameter()), a, b)
 }
